@@ -175,6 +175,10 @@ class S3Store final : public Store {
             item.data() + item.size(),
             static_cast<size_t>(rest.data() + rest.size() - (item.data() + item.size())));
         const std::string key = PercentDecode(Element(item, "Key"));
+        if (!key.starts_with(FolderKey())) {
+          return DataLoss("s3: the server listed \"{}\", which does not begin with \"{}\"", key,
+                          FolderKey());
+        }
         const std::string_view size = Element(item, "Size");
         StoreEntry entry;
         entry.path = key.substr(FolderKey().size());

@@ -164,7 +164,8 @@ TEST(S3Store, AMissingBucketIsToldAtOnce) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("NoSuchBucket"));
 }
 
-// Answers the first requests with what it is told, each on its own connection.
+// Answers the first requests with what it is told, each on its own connection: a status, and a body
+// after a line break.
 class MoodyServer {
  public:
   explicit MoodyServer(std::vector<std::string> answers) : answers_(std::move(answers)) {
@@ -184,8 +185,11 @@ class MoodyServer {
         ++answered;  // Before the client can know: it may look at once.
         char request[4096];
         if (!answer.empty() && read(peer, request, sizeof request) > 0) {
-          const std::string whole =
-              "HTTP/1.1 " + answer + "\r\nContent-Length: 0\r\nConnection: close\r\n\r\n";
+          const size_t status = std::min(answer.find('\n'), answer.size());
+          const std::string body = answer.substr(std::min(status + 1, answer.size()));
+          const std::string whole = "HTTP/1.1 " + answer.substr(0, status) +
+                                    "\r\nContent-Length: " + std::to_string(body.size()) +
+                                    "\r\nConnection: close\r\n\r\n" + body;
           (void)!write(peer, whole.data(), whole.size());
         }
         close(peer);  // Without an answer: a broken connection.
@@ -213,6 +217,20 @@ TEST(S3Store, BusyAndBrokenServersAreAskedAgain) {
   options.endpoint = server.endpoint();
   EXPECT_TRUE(OpenS3Store(options, {.read_only = true}).ok());
   EXPECT_EQ(server.answered, 5);
+}
+
+TEST(S3Store, AListWithForeignKeysIsRefused) {
+  MoodyServer server({"200 OK",
+                      "200 OK\n<ListBucketResult><Contents><Key>far</Key><Size>3</Size></Contents>"
+                      "</ListBucketResult>"});
+  S3Options options = Options();
+  options.endpoint = server.endpoint();
+  options.prefix = "farm/of/mine";
+  const auto store = OpenS3Store(options, {.read_only = true});
+  ASSERT_TRUE(store.ok()) << store.status();
+  const absl::Status status = (*store)->List("").status();
+  EXPECT_TRUE(absl::IsDataLoss(status)) << status;
+  EXPECT_THAT(status.message(), testing::HasSubstr("\"far\", which does not begin with \"farm"));
 }
 
 TEST(S3Store, AServerThatStaysAwayIsUnavailableAndARefusalIsNotRepeated) {

@@ -43,11 +43,7 @@ class WaitingRunner final : public TestRunner {
     Begin();
     Wait(cancel, progress);
     v1::RenderResult result;
-    for (const uint32_t rig : job.rigs()) {
-      v1::FrameResult* frame = result.add_frames();
-      frame->set_rig(rig);
-      frame->set_path(folder.path + "/000");
-    }
+    for (const uint32_t rig : job.rigs()) *result.add_frames() = NoOpFrame(job, rig, folder.path);
     End();
     return result;
   }

@@ -37,21 +37,25 @@ v1::CompleteRequest NoOpAnswer(const v1::Lease& lease, const std::string& worker
   }
   v1::RenderResult result;
   const v1::RenderJob job = RenderOf(lease);
-  for (const uint32_t rig : job.rigs()) {
-    v1::FrameResult* frame = result.add_frames();
-    frame->set_rig(rig);
-    char folder[16];
-    std::snprintf(folder, sizeof folder, "/%03u", rig);
-    frame->set_path(lease.store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence()) +
-                    folder);
-    for (const std::string& name : FrameFileNames(job.render())) {
-      v1::FileEntry* file = frame->add_files();
-      file->set_name(name);
-      file->set_sha256(std::string(64, 'a'));
-    }
-  }
+  const std::string folder =
+      lease.store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence());
+  for (const uint32_t rig : job.rigs()) *result.add_frames() = NoOpFrame(job, rig, folder);
   SetResult(result, request);
   return request;
+}
+
+v1::FrameResult NoOpFrame(const v1::RenderJob& job, uint32_t rig, const std::string& folder) {
+  v1::FrameResult frame;
+  frame.set_rig(rig);
+  char name[16];
+  std::snprintf(name, sizeof name, "/%03u", rig);
+  frame.set_path(folder + name);
+  for (const std::string& file_name : FrameFileNames(job.render())) {
+    v1::FileEntry* file = frame.add_files();
+    file->set_name(file_name);
+    file->set_sha256(std::string(64, 'a'));
+  }
+  return frame;
 }
 
 }  // namespace parallax

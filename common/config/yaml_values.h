@@ -22,7 +22,7 @@ std::string Seen(const YAML::Node& node);
 // Returns the number that a node without quotes holds; nothing if it holds none.
 std::optional<double> PlainNumber(const YAML::Node& node);
 
-// Reads the values of one file, `path` is each time that of `node` in it. Errors go to `errors`,
+// Reads the values of one file. `path` names the fields that lead to `node`. Errors go to `errors`,
 // which must outlive the reader. Not thread-safe.
 class YamlValues {
  public:

@@ -7,7 +7,7 @@
 
 namespace parallax {
 
-// Encodes all but letters, digits, and "-._~", and, with `keep_slash`, "/".   Source: RFC 3986, as
+// Encodes all but letters, digits, and "-._~", and, with `keep_slash`, "/". Source: RFC 3986, as
 // SigV4 wants it.
 std::string PercentEncode(std::string_view text, bool keep_slash);
 // Decodes %XX, and "+" as a space. A "%" that begins no code stays.

@@ -26,7 +26,8 @@ inline constexpr float kHoldBack = 0.7f;
 inline constexpr float kShoulder = 0.6f;
 
 // Returns by how much the typical albedo (geometric mean of small blocks) of what an eye sees
-// exceeds kUsualAlbedo, at least 1. Pixels with a zero normal see the sky and do not count.
+// exceeds kUsualAlbedo, at least 1. Haze counts as white. Pixels with a zero normal see the sky, or
+// haze as thick, and do not count.
 float Lightness(const ImageF3& albedo, const ImageF3& normal);
 
 // Returns the exposure factor for a pair of linear pictures of the same size; robust to noise.

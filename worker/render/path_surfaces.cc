@@ -349,7 +349,7 @@ void PathTracer::RecordGuides(const PathVertex8& vertex, const Scatter8& scatter
   if (!Any(guides)) return;
   // Haze fades the guides into the sky's as it fades the picture: else the denoiser draws the noise
   // of an edge that is hardly to be seen.
-  const Float8 clear = walks.clear.At(vertex.block);
+  const Float8 clear = walks.transmittance.At(vertex.block);
   const Vec3x8 albedo = GuideAlbedo(vertex.at.surface) * walks.tint.At(vertex.block);
   const Vec3x8 guide = albedo * clear + Vec3x8::All(1.0f - clear),
                normal = scatter.normal() * clear;

@@ -94,7 +94,7 @@ void PathTracer::AddPaths(size_t path) {
   }
   for (Vec3Row* row : {&walks.radiance, &walks.gathered_at}) row->PutFrom(walk, Vec3x8::Zero());
   walks.room.PutFrom(walk, ~Int8{});
-  walks.clear.PutFrom(walk, Splat(1));
+  walks.transmittance.PutFrom(walk, Splat(1));
   walks.total.PutFrom(walk, Splat(0));
   walks.pdf.PutFrom(walk, Splat(kInfinity));
   for (Row<int32_t>* row :
@@ -309,7 +309,7 @@ void PathTracer::PassHaze(size_t block, const Hits8& hits) {
   const Vec3x8 direction = walks.direction.At(block);
   const Float8 passes =
       haze.Transmittance(walks.origin.At(block), direction, hits.met ? hits.distance : Splat(0));
-  walks.clear.At(block) = seen ? passes : walks.clear.At(block);
+  walks.transmittance.At(block) = seen ? passes : walks.transmittance.At(block);
   if (options_.only_guides) return;
   const Vec3x8 throughput = walks.throughput.At(block);
   Add(block, seen, throughput * haze.Glow(lights_.sky(), direction) * (1.0f - passes));

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "worker/materials/noise.h"
+#include "worker/terrain/plane_noise.h"
 
 namespace parallax {
 namespace {
@@ -18,9 +19,7 @@ float OfBed(float bed, uint32_t seed) {
 float Strata::Level(const Vec2f& p, float height_m) const {
   const float away =
       spec_.dip * (std::cos(spec_.dip_rad) * p.x() + std::sin(spec_.dip_rad) * p.y());
-  const Vec2f q = p / 160.0f;
-  const float folds =
-      0.5f * noise::Gradient3(q.x(), q.y(), 0.31f * q.x() - 0.23f * q.y(), spec_.seed);
+  const float folds = 0.5f * PlaneNoise(p / 160.0f, spec_.seed);
   const float level = (height_m - away) / spec_.bed_m + folds;
   // Beds are of uneven thickness. The slope of the noise is too small to turn the order around.
   return level + 0.4f * noise::Gradient3(0.43f * level, 0.5f, 0.5f, spec_.seed + 1);

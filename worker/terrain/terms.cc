@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "worker/materials/noise.h"
+#include "worker/terrain/plane_noise.h"
 
 namespace parallax {
 namespace {
@@ -26,11 +27,6 @@ constexpr std::array<std::pair<TermKind, std::string_view>, 8> kNames = {{
 constexpr float kTalus = 0.65f;
 // Slope of dry sand: 32 degrees.
 constexpr float kRepose = 0.62f;
-
-// Slices of one solid noise: gradient noise of the plane has visible axes, a tilted slice has not.
-float PlaneNoise(const Vec2f& p, uint32_t seed) {
-  return noise::Gradient3(p.x(), p.y(), 0.31f * p.x() - 0.23f * p.y(), seed);
-}
 
 // How much of an octave a raster of this spacing can carry.
 float Kept(float wavelength_m, float footprint_m) { return noise::Fade(wavelength_m, footprint_m); }

@@ -8,6 +8,7 @@
 #include "common/base/rng.h"
 #include "worker/materials/noise.h"
 #include "worker/terrain/flow.h"
+#include "worker/terrain/plane_noise.h"
 
 namespace parallax {
 namespace {
@@ -60,11 +61,8 @@ Vec2f Frayed(const Vec2f& p, float cell_m, uint32_t seed) {
 
 // A shift of some metres that turns straight courses between the region's samples into bends.
 Vec2f Bend(const Vec2f& p, uint32_t seed) {
-  const auto noise = [&](float wavelength_m, uint32_t lane) {
-    const Vec2f q = p / wavelength_m;
-    return noise::Gradient3(q.x(), q.y(), 0.31f * q.x() - 0.23f * q.y(), seed + lane);
-  };
-  return 16.0f * Vec2f(noise(90, 0), noise(90, 1)) + 6.0f * Vec2f(noise(31, 2), noise(31, 3));
+  return 16.0f * Vec2f(PlaneNoise(p / 90, seed), PlaneNoise(p / 90, seed + 1)) +
+         6.0f * Vec2f(PlaneNoise(p / 31, seed + 2), PlaneNoise(p / 31, seed + 3));
 }
 
 }  // namespace
@@ -100,12 +98,9 @@ float Terrain::Base(const Vec2f& p) const {
 float Terrain::Outcrop(const Vec2f& p) const {
   const float slope = noise::SmoothStep(0.22f, 0.6f, Steepness(p));
   if (slope <= 0) return 0;
-  const auto noise = [&](float wavelength_m, uint32_t lane) {
-    const Vec2f q = p / wavelength_m;
-    return noise::Gradient3(q.x(), q.y(), 0.31f * q.x() - 0.23f * q.y(),
-                            detail_seed_ + 4001u + lane);
-  };
-  const float form = noise(74, 0) + 0.55f * noise(23, 1) + 0.3f * noise(7.3f, 2);
+  const uint32_t seed = detail_seed_ + 4001u;
+  const float form = PlaneNoise(p / 74, seed) + 0.55f * PlaneNoise(p / 23, seed + 1) +
+                     0.3f * PlaneNoise(p / 7.3f, seed + 2);
   return slope * noise::SmoothStep(0.06f, 0.17f, form);
 }
 
@@ -128,9 +123,7 @@ float Terrain::Detail(const Vec2f& p, float footprint_m) const {
     if (kept <= 0) break;
     const float share = octave < kCragOctaves ? crags : 1;
     if (share > 0) {
-      const Vec2f at = q / wavelength_m;
-      float value = noise::Gradient3(at.x(), at.y(), 0.31f * at.x() - 0.23f * at.y(),
-                                     detail_seed_ + octave * 131u);
+      float value = PlaneNoise(q / wavelength_m, detail_seed_ + octave * 131u);
       // Rock has edges, soil has not.
       const float edged = 0.55f - 1.9f * std::min(0.6f, std::fabs(value));
       value = noise::Lerp(value, edged, 0.8f * rocky);

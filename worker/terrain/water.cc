@@ -7,6 +7,7 @@
 
 #include "common/base/rng.h"
 #include "worker/materials/noise.h"
+#include "worker/terrain/plane_noise.h"
 
 namespace parallax {
 namespace {
@@ -19,10 +20,6 @@ using noise::SmoothStep;
 
 // Derivative of CosTurn by its argument.
 float CosTurnSlope(float x) { return -kTurn * CosTurn(x - 0.25f); }
-
-float PlaneNoise(float x, float y, uint32_t seed) {
-  return noise::Gradient3(x, y, 0.31f * x - 0.23f * y, seed);
-}
 
 }  // namespace
 
@@ -242,8 +239,8 @@ Water::Surf Water::SurfAt(const Local& at) const {
   if (spec_.kind != WaterKind::kSea || at.off <= 0 || at.off > 90) return surf;
   const float depth = DepthAt(at);
   // The length of deep-water waves where the swell begins to feel the ground.
-  const float wander = 0.45f * PlaneNoise(at.u / 43, 0.013f * at.off, spec_.seed + 5) +
-                       0.13f * PlaneNoise(at.u / 11, 0.03f * at.off, spec_.seed + 6);
+  const float wander = 0.45f * PlaneNoise({at.u / 43, 0.013f * at.off}, spec_.seed + 5) +
+                       0.13f * PlaneNoise({at.u / 11, 0.03f * at.off}, spec_.seed + 6);
   const float turn = 1.05f * std::sqrt(at.off) + wander + phases_[4];
   const float within = noise::Fract(turn);
   // The face, towards the shore, is at small `within`: short and steep.
@@ -252,7 +249,7 @@ Water::Surf Water::SurfAt(const Local& at) const {
   const float form = 0.5f - 0.5f * CosTurn(warped);
   const float whole = std::floor(turn);
   const float part =
-      SmoothStep(-0.35f, 0.3f, PlaneNoise(at.u / 23 + 7.3f * whole, 0.5f, spec_.seed + 9));
+      SmoothStep(-0.35f, 0.3f, PlaneNoise({at.u / 23 + 7.3f * whole, 0.5f}, spec_.seed + 9));
   const float swell = std::min(0.1f + 0.075f * spec_.wind_mps, 0.75f);
   const float most = std::min(swell, 0.5f * depth) * (1 - SmoothStep(35, 85, at.off));
   surf.height_m = most * (0.35f + 0.65f * part) * (form * form * form - 0.3125f);
@@ -264,8 +261,8 @@ Water::Surf Water::SurfAt(const Local& at) const {
 // How far above the level the last wave ran up the beach.
 float Water::Swash(const Local& at) const {
   if (spec_.kind != WaterKind::kSea || at.off > 14) return 0;
-  const float lobes = 0.5f + 0.5f * PlaneNoise(at.u / 9, 0.2f, spec_.seed + 12) +
-                      0.2f * PlaneNoise(at.u / 2.3f, 0.7f, spec_.seed + 13);
+  const float lobes = 0.5f + 0.5f * PlaneNoise({at.u / 9, 0.2f}, spec_.seed + 12) +
+                      0.2f * PlaneNoise({at.u / 2.3f, 0.7f}, spec_.seed + 13);
   const float most = std::min(0.03f + 0.018f * spec_.wind_mps, 0.16f);
   return most * std::clamp(lobes, 0.0f, 1.2f) * (1 - SmoothStep(2, 14, at.off));
 }
@@ -332,7 +329,7 @@ float Water::Foam(const Vec2f& p, float depth_m) const {
   const Local at = LocalOf(p);
   if (spec_.kind == WaterKind::kRiver) {
     const float quick = at.riffle * SmoothStep(0.3f, 0.0f, std::fabs(at.from_shore_m) * 0.02f);
-    return 0.2f * quick * (0.6f + 0.4f * PlaneNoise(at.u / 7, at.off / 1.6f, spec_.seed + 21));
+    return 0.2f * quick * (0.6f + 0.4f * PlaneNoise({at.u / 7, at.off / 1.6f}, spec_.seed + 21));
   }
   if (at.off > 120) {
     // Whitecaps. Source: Monahan and O'Muircheartaigh, J. Phys. Oceanogr. 10, 1980, about.
@@ -342,7 +339,7 @@ float Water::Foam(const Vec2f& p, float depth_m) const {
   const Surf surf = SurfAt(at);
   const float broken = surf.strength * SmoothStep(0.45f, 0.85f, surf.crest);
   const float lace = 0.42f * (1 - SmoothStep(0.25f, 1.5f, depth_m)) *
-                     SmoothStep(-0.5f, 0.4f, PlaneNoise(at.u / 17, at.off / 6, spec_.seed + 31));
+                     SmoothStep(-0.5f, 0.4f, PlaneNoise({at.u / 17, at.off / 6}, spec_.seed + 31));
   const float edge = 0.9f * (1 - SmoothStep(0.008f, 0.05f, depth_m));
   return std::clamp(std::max({broken, lace, edge}), 0.0f, 1.0f);
 }

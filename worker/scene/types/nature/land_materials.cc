@@ -39,18 +39,12 @@ class LandMaterials {
     for (size_t i = 0; i < classes.size(); ++i) {
       // Rules have materials of their own, though their classes may be alike.
       const uint32_t index = AddMaterial(classes[i], SeedOf(classes[i] + "/"));
-      // Scree is of the land's rock, which is darker than a path's gravel; shores are paler.
       if (classes[i] == "Gravel") {
-        Tint(index, RedLand()           ? Vec3d(1.8, 1.12, 0.64)
-                    : land_.has_water() ? Vec3d(0.84, 0.81, 0.76)
-                                        : Vec3d(0.56, 0.54, 0.52));
+        ASSIGN_OR_RETURN(const Vec3d tint, GravelTint(classes.front()));
+        Tint(index, tint);
       }
       if (classes[i] == "Sand" && land_.has_water()) {
         ASSIGN_OR_RETURN(const Vec3d tint, BeachTint(SeedOf("Sand/")));
-        Tint(index, tint);
-      }
-      if (classes[i] == "Gravel" && classes.front() == "Sand" && land_.has_water()) {
-        ASSIGN_OR_RETURN(const Vec3d tint, ShingleTint(SeedOf("Gravel/"), SeedOf("Sand/")));
         Tint(index, tint);
       }
       // Between a meadow's tufts lie last year's blades and what is green below them.
@@ -89,6 +83,15 @@ class LandMaterials {
 
   // Deserts and canyons are of red and yellow sandstone; so is what broke off it.
   bool RedLand() const { return land_.biome() == "desert" || land_.biome() == "canyon"; }
+
+  // Scree is of the land's rock, which is darker than a path's gravel; shores are paler, and
+  // beaches are like the sand that lies below their stones.
+  absl::StatusOr<Vec3d> GravelTint(const std::string& below) const {
+    if (RedLand()) return Vec3d(1.8, 1.12, 0.64);
+    if (!land_.has_water()) return Vec3d(0.56, 0.54, 0.52);
+    if (below != "Sand") return Vec3d(0.84, 0.81, 0.76);
+    return ShingleTint(SeedOf("Gravel/"), SeedOf("Sand/"));
+  }
 
   Vec3d ThatchTint() const {
     const bool dry = land_.season() == "winter" || land_.season() == "autumn";

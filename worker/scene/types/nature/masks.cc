@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "worker/materials/noise.h"
+#include "worker/terrain/plane_noise.h"
 
 namespace parallax {
 namespace {
@@ -48,9 +49,7 @@ MaskOnGround::MaskOnGround(const v1::GroundMask& mask)
 float MaskOnGround::NoiseAt(const Vec2f& p) const {
   float sum = 0, wavelength_m = noise_m_, weight = 0.8f;
   for (uint32_t octave = 0; octave < 3; ++octave) {
-    const Vec2f q = p / wavelength_m;
-    sum += weight * noise::Gradient3(q.x(), q.y(), 0.31f * q.x() - 0.23f * q.y(),
-                                     noise_seed_ + 77u * octave);
+    sum += weight * PlaneNoise(p / wavelength_m, noise_seed_ + 77u * octave);
     wavelength_m *= 0.41f;
     weight *= 0.5f;
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "worker/materials/noise.h"
+#include "worker/terrain/plane_noise.h"
 
 namespace parallax {
 namespace {
@@ -11,10 +12,6 @@ namespace {
 // Rock from the vault up to the hill, at least, and beside a skylight.
 constexpr float kLip_m = 0.9f;
 constexpr float kBehind_m = 4.5f;
-
-float RoofNoise(const Vec2f& p, uint32_t seed) {
-  return noise::Gradient3(p.x(), p.y(), 0.31f * p.x() - 0.23f * p.y(), seed);
-}
 
 Vec3f RoofVector(const Vec3f& p, uint32_t seed) {
   return {noise::Gradient3(p, seed), noise::Gradient3(p, seed + 1), noise::Gradient3(p, seed + 2)};
@@ -77,7 +74,7 @@ float CaveRoof::FromSkylight(const Vec2f& p) const {
   for (const v1::CaveRoof::Skylight& hole : roof_.skylights()) {
     const Vec2f from = p - Vec2d(hole.x_m(), hole.y_m()).cast<float>();
     const float ragged =
-        1 + 0.35f * RoofNoise(p / 1.9f, seed_ + 50) + 0.14f * RoofNoise(p / 0.7f, seed_ + 51);
+        1 + 0.35f * PlaneNoise(p / 1.9f, seed_ + 50) + 0.14f * PlaneNoise(p / 0.7f, seed_ + 51);
     least = std::min(least, from.norm() - static_cast<float>(hole.radius_m()) * ragged);
   }
   return least;
@@ -87,7 +84,7 @@ Vec3f CaveRoof::Under(const Vec2f& plan) const {
   const Vec2f p = PointOf(plan);
   const float spring = static_cast<float>(roof_.spring_m());
   const float rise = static_cast<float>(roof_.rise_m()) *
-                     (1 + 0.3f * RoofNoise({plan.x() / 21.0f, 0.3f}, seed_ + 40));
+                     (1 + 0.3f * PlaneNoise({plan.x() / 21.0f, 0.3f}, seed_ + 40));
   // The vault springs from behind the walls, wherever these are.
   const float wide = PlaceInGorge(gorge_, GorgeMiddle(gorge_, plan.x())).half_m + kBehind_m;
   const float out = std::min(1.0f, std::fabs(plan.y()) / wide);
@@ -105,7 +102,7 @@ Vec3f CaveRoof::Top(const Vec2f& plan) const {
   const float hill = FloorAt(plan.x()) + gorge_.amplitude_m - 0.7f;
   const Vec3f under = Under(plan);
   const float sunk = under.z() + kLip_m + 0.75f * std::max(0.0f, FromSkylight(p));
-  const float bumps = 0.35f * RoofNoise(p / 3.1f, seed_ + 60);
+  const float bumps = 0.35f * PlaneNoise(p / 3.1f, seed_ + 60);
   return {under.x(), under.y(), std::max(under.z() + 0.5f * kLip_m, std::min(hill, sunk) + bumps)};
 }
 

@@ -19,8 +19,8 @@ namespace parallax {
 //   train    networks: worker/train
 //   evaluate scores: worker/evaluate
 inline constexpr char kLayoutVersion[] = "21";
-inline constexpr char kSceneVersion[] = "22";
-inline constexpr char kFrameVersion[] = "23";
+inline constexpr char kSceneVersion[] = "23";
+inline constexpr char kFrameVersion[] = "24";
 inline constexpr char kTrainVersion[] = "1";
 inline constexpr char kEvaluateVersion[] = "1";
 

@@ -11,12 +11,16 @@
 namespace parallax {
 namespace {
 
-constexpr float kLow_km = 1.2f, kHigh_km = 2.0f, kStreaks_km = 8.0f;
+constexpr float kLow_km = 1.2f, kHigh_km = 2.4f, kStreaks_km = 8.0f;
 constexpr float kEarth_km = 6371;
 constexpr float kHeap_km = 2.6f;    // Size of cumulus and gaps.
 constexpr float kDensity = 22.0f;   // Extinction inside, 1/km.
 constexpr float kReach_km = 22.0f;  // Farther clouds fade into haze.
-constexpr int kSteps = 12, kLightSteps = 4;
+constexpr int kSteps = 12, kLowSteps = 32, kLightSteps = 4;
+constexpr float kLowSky = 0.3f;  // Sine of an elevation.
+// Light that was scattered many times, alike in every direction: with it, a cloud in full sun is
+// nearly as bright as a white board, and its base as what passes through that much cloud.
+constexpr float kMany = 0.15f;
 
 // Distance to a shell of this height above a round earth, from its ground.
 Float8 DistanceTo(float height_km, Float8 z) {
@@ -73,7 +77,7 @@ class Field {
       size *= 0.47f;
       part *= 0.55f;
     }
-    return any ? noise::Saturate(1.6f * (body + 0.75f * rough - 0.05f)) : Splat(0);
+    return any ? noise::Saturate(1.6f * (body + 1.6f * rough - 0.05f)) : Splat(0);
   }
 
   // Thin streaks, combed along x.
@@ -113,8 +117,10 @@ class Baker {
     // A texel sees a level slice at a glance: it is as wide as `across`, and longer away from us.
     const Float8 across = angle * from;
     const Float8 seen_km = across / Sqrt(Max(z, 0.02f));
-    // Near the horizon a ray crosses the layer at length, through many clouds.
-    const Float8 step = Min((to - from) / static_cast<float>(kSteps), 0.35f);
+    // Near the horizon a ray crosses the layer at length, through many clouds. Of the last few
+    // degrees only the bases are met.
+    const int steps = Any(z < kLowSky) ? kLowSteps : kSteps;
+    const Float8 step = Min((to - from) / static_cast<float>(steps), 0.35f);
     const Float8 cosine = Inner(d, Vec3x8(light_.sun_direction));
     Float8 forward, wide;
     for (int lane = 0; lane < kLanes; ++lane) {
@@ -124,15 +130,16 @@ class Baker {
     }
     Float8 kept = Splat(1);
     Vec3x8 sum = Vec3x8::Zero();
-    for (int k = 0; k < kSteps; ++k) {
-      const Float8 distance = from + step * (static_cast<float>(k) + 0.5f);
-      const Vec3x8 at = d * distance;
-      const Float8 height = Splat((static_cast<float>(k) + 0.5f) / kSteps);
+    for (int k = 0; k < steps; ++k) {
+      const Float8 inside = step * (static_cast<float>(k) + 0.5f);
+      const Vec3x8 at = d * (from + inside);
+      const Float8 height = inside / (to - from);
       const Float8 density = field_.HeapsAt(at.x, at.y, height, seen_km);
       if (!Any(density > 0.0f)) continue;
       const Float8 depth = Depth(at, height, seen_km);
       const Float8 near = 1.0f - Exp(-density * kDensity * step);
-      const Float8 sun = forward * Exp(-depth) + wide * 0.85f * Exp(-0.22f * depth);
+      const Float8 sun =
+          forward * Exp(-depth) + wide * 0.85f * Exp(-0.22f * depth) + kMany * Exp(-0.09f * depth);
       const Float8 open = 0.35f + 0.65f * height;
       const Vec3x8 light = Vec3x8(light_.sun_irradiance) * sun +
                            Vec3x8(light_.sky) * (0.8f * open) +
@@ -163,7 +170,7 @@ class Baker {
     const Vec3x8 at = d * distance;
     const Float8 thick = 0.5f * std::min(1.0f, 2 * cover_) * field_.StreaksAt(at.x, at.y);
     const Vec3x8 light =
-        Vec3x8(light_.sun_irradiance) * (0.6f * forward + 0.05f) + Vec3x8(light_.sky) * 0.7f;
+        Vec3x8(light_.sun_irradiance) * (0.6f * forward + kMany) + Vec3x8(light_.sky) * 0.7f;
     return {below.radiance + light * (below.kept * thick), below.kept * (1.0f - thick)};
   }
 
@@ -203,8 +210,7 @@ Vec3x8 Raised(const Vec3x8& d, Float8 angle) {
 // The clouds of texels in these directions. Low in the sky neighbouring rows meet a slice of a
 // cloud hundreds of metres apart, so that there each is a mean over its height.
 Clouds::Layer8 BakeTexels(const Baker& baker, const Vec3x8& directions, int side) {
-  constexpr float kLowSky = 0.3f;
-  constexpr int kParts = 4;
+  constexpr int kParts = 2;
   const Float8 angle = (1.0f + directions.z) * (2.0f / static_cast<float>(side));
   if (!Any(directions.z < kLowSky)) return baker.Through(directions, angle);
   Clouds::Layer8 mean{Vec3x8::Zero(), Splat(0)};
@@ -252,7 +258,13 @@ std::shared_ptr<const Clouds> Clouds::Bake(double cover, uint64_t seed, const Cl
   const Baker baker(cover, SeedWithSun(cover, seed, light), light);
   clouds->texels_.resize(size_t{4} * kSide * kSide);
   tbb::parallel_for(0, kSide, [&](int row) {
-    for (int x0 = 0; x0 < kSide; x0 += kLanes) {
+    // Beside the hemisphere nothing is ever looked up.
+    const float y = static_cast<float>(row) + 0.5f - 0.5f * kSide;
+    const float radius = 0.5f * kSide + 4;  // Texels.
+    const float half = std::sqrt(std::max(0.0f, radius * radius - y * y));
+    const int first = std::max(0, static_cast<int>(0.5f * kSide - half) / kLanes * kLanes);
+    const int end = std::min(kSide, static_cast<int>(0.5f * kSide + half) + 1);
+    for (int x0 = first; x0 < end; x0 += kLanes) {
       const Layer8 layer = BakeTexels(baker, DirectionsOf(x0, row, kSide), kSide);
       for (int lane = 0; lane < kLanes; ++lane) {
         float* texel = &clouds->texels_[size_t{4} * static_cast<size_t>(row * kSide + x0 + lane)];

@@ -1,11 +1,11 @@
 // Clouds of a sky, baked once: for each direction of the upper hemisphere, their radiance and the
 // share of the sky behind them that they let through. They are infinitely far away, as the sky is.
 //
-// There are two layers. Cumulus clouds between 1.2 and 2 km are ray-marched; they are lit by single
-// scattering towards the sun, and by a second term with weaker extinction that stands for multiple
-// scattering. Thin streaks lie at 8 km. Cover is the share of the layer's area that has cumulus.
-// Constant; thread-safe.
-// Source of the two extinctions: Wrenninge et al., "Oz: the great and volumetric", SIGGRAPH 2013.
+// There are two layers. Cumulus clouds between 1.2 and 2.4 km are ray-marched; they are lit by
+// single scattering towards the sun, and by two terms with weaker extinction and wider lobes that
+// stand for light scattered a few times and many times. Thin streaks lie at 8 km. Cover is the
+// share of the layer's area that has cumulus. Constant; thread-safe. Source of the several
+// extinctions: Wrenninge et al., "Oz: the great and volumetric", SIGGRAPH 2013.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,7 @@
 #include "worker/render/sky.h"
 
 #include "common/math/proto.h"
+#include "common/math/sun.h"
 
 namespace parallax {
 namespace {
@@ -11,23 +12,22 @@ constexpr float kRadiancePerKilocandela = 0.9f;  // Balances sun and overcast sk
 const Vec3f kExtinction(0.241f, 0.301f, 0.448f);
 // Haze adds this for each unit of turbidity: 0.04608 lambda^-1.3, lambda in micrometres.
 const Vec3f kHazeExtinction(0.0876f, 0.1002f, 0.1247f);
-constexpr float kWhiteHaze = 0.7f;  // Share of the horizon's colour that haze takes.
+constexpr float kWhiteHaze = 0.5f;  // Share of the horizon's colour that haze takes.
+constexpr float kVeil = 0.5f, kVeilBetweenClouds = 0.1f;         // Weight of the overcast sky.
 constexpr float kLeastTurbidity = 1.8f, kMostTurbidity = 10.0f;  // The model's range.
 
-// Row polynomials of the zenith's chromaticity: (T^2, T, 1) x (theta^3, theta^2, theta, 1).
-float ZenithChromaticity(const float (&m)[3][4], float theta, float t) {
-  const float powers[4] = {theta * theta * theta, theta * theta, theta, 1.0f};
-  float sum = 0;
-  for (int k = 0; k < 4; ++k) sum += powers[k] * (t * t * m[0][k] + t * m[1][k] + m[2][k]);
-  return sum;
-}
-
-constexpr float kZenithX[3][4] = {{0.00166f, -0.00375f, 0.00209f, 0.0f},
+// CIE x of the zenith: a polynomial in (T^2, T, 1) x (theta^3, theta^2, theta, 1).
+float ZenithX(float theta, float t) {
+  constexpr float kTerms[3][4] = {{0.00166f, -0.00375f, 0.00209f, 0.0f},
                                   {-0.02903f, 0.06377f, -0.03202f, 0.00394f},
                                   {0.11693f, -0.21196f, 0.06052f, 0.25886f}};
-constexpr float kZenithY[3][4] = {{0.00275f, -0.00610f, 0.00317f, 0.0f},
-                                  {-0.04214f, 0.08970f, -0.04153f, 0.00516f},
-                                  {0.15346f, -0.26756f, 0.06670f, 0.26688f}};
+  const float powers[4] = {theta * theta * theta, theta * theta, theta, 1.0f};
+  float sum = 0;
+  for (int k = 0; k < 4; ++k) {
+    sum += powers[k] * (t * t * kTerms[0][k] + t * kTerms[1][k] + kTerms[2][k]);
+  }
+  return sum;
+}
 
 }  // namespace
 
@@ -37,18 +37,15 @@ SkyModel::SkyModel(const v1::Sky& sky, bool ground, std::shared_ptr<const Enviro
   const float sun = static_cast<float>(std::max(0.0, sky.sun_strength()));
   const Vec3f tint =
       sky.has_tint() ? Vec3f(FromProto(sky.tint()).cast<float>().cwiseMax(0.0f)) : Vec3f::Ones();
-  clear_ = sun / (sun + 0.5f);
+  clear_ = sun / (sun + (sky.cloud_cover() > 0 ? kVeilBetweenClouds : kVeil));
   if (sky.turbidity() > 0) {
     turbidity_ = std::clamp(static_cast<float>(sky.turbidity()), kLeastTurbidity, kMostTurbidity);
-    hazy_ = turbidity_ != kTurbidity;
   }
   scale_ = tint * (strength * kZenithRadiance);
   has_sky_ = scale_.maxCoeff() > 0.0f;
 
   const auto elevation = static_cast<float>(sky.sun_elevation_rad());
-  const auto azimuth = static_cast<float>(sky.sun_azimuth_rad());
-  sun_direction_ = Vec3f(std::cos(elevation) * std::cos(azimuth),
-                         std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+  sun_direction_ = SunDirection(sky).cast<float>();
   cos_sun_ = std::cos(kSunRadius);
   has_sun_ = sun > 0.0f && strength > 0.0f && sun_direction_.z() > 0.0f;
   SetClearSky(elevation);
@@ -165,17 +162,14 @@ void SkyModel::SetClearSky(float sun_elevation) {
   const float t = turbidity_;
   perez_[0] = {-0.0193f * t - 0.2592f, -0.0665f * t + 0.0008f, -0.0004f * t + 0.2125f,
                -0.0641f * t - 0.8989f, -0.0033f * t + 0.0452f, 0.0f};
-  perez_[1] = {-0.0167f * t - 0.2608f, -0.0950f * t + 0.0092f, -0.0079f * t + 0.2102f,
-               -0.0441f * t - 1.6537f, -0.0109f * t + 0.0529f, 0.0f};
-  perez_[2] = {0.1787f * t - 1.4630f, -0.3554f * t + 0.4275f, -0.0227f * t + 5.3251f,
+  perez_[1] = {0.1787f * t - 1.4630f, -0.3554f * t + 0.4275f, -0.0227f * t + 5.3251f,
                0.1206f * t - 2.5771f, -0.0670f * t + 0.3703f, 0.0f};
   // The model is for daytime: a sun below 5 degrees gets the sky of 5 degrees.
   const float theta = std::clamp(0.5f * kPi - sun_elevation, 0.0f, 85.0f * kPi / 180.0f);
   const float chi = (4.0f / 9.0f - t / 120.0f) * (kPi - 2.0f * theta);
-  const float zenith[3] = {ZenithChromaticity(kZenithX, theta, t),
-                           ZenithChromaticity(kZenithY, theta, t),
+  const float zenith[2] = {ZenithX(theta, t),
                            (4.0453f * t - 4.9710f) * std::tan(chi) - 0.2155f * t + 2.4192f};
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < 2; ++k) {
     perez_[k].zenith = 1.0f;
     perez_[k].zenith = zenith[k] / perez_[k].At(Splat(1), Splat(theta), Splat(std::cos(theta)))[0];
   }
@@ -186,24 +180,19 @@ Vec3x8 SkyModel::ClearSky(const Vec3x8& directions) const {
   const Float8 up = Max(directions.z, 0.01f);
   const Float8 cos_gamma = Clamp(Inner(directions, Vec3x8(sun_direction_)), -1.0f, 1.0f);
   const Float8 gamma = Acos(cos_gamma);
-  const Float8 x = perez_[0].At(up, gamma, cos_gamma);
-  const Float8 y = perez_[1].At(up, gamma, cos_gamma);
-  const Float8 luminance = perez_[2].At(up, gamma, cos_gamma);
+  // Chromaticity of daylight from 25000 to 4000 K (CIE 15).
+  const Float8 x = Clamp(perez_[0].At(up, gamma, cos_gamma), 0.25f, 0.3823f);
+  const Float8 y = (2.87f - 3.0f * x) * x - 0.275f;
+  const Float8 luminance = perez_[1].At(up, gamma, cos_gamma);
   const Float8 big_x = x / y, big_z = (1.0f - x - y) / y;
   const Vec3x8 rgb(3.2406f * big_x - 1.5372f - 0.4986f * big_z,
                    -0.9689f * big_x + 1.8758f + 0.0415f * big_z,
                    0.0557f * big_x - 0.2040f + 1.0570f * big_z);
+  const Vec3x8 color(Max(rgb.x, 0.0f), Max(rgb.y, 0.0f), Max(rgb.z, 0.0f));
+  const Float8 low = (1.0f - up) * (1.0f - up);
+  const Float8 white = kWhiteHaze * low * low * low;
   const Float8 scale = luminance * (kRadiancePerKilocandela / kZenithRadiance);
-  Vec3x8 color(Max(rgb.x, 0.0f), Max(rgb.y, 0.0f), Max(rgb.z, 0.0f));
-  // With unusual haze the model's horizon turns green or pink; a real one is nearly white.
-  if (hazy_) {
-    const Float8 grey = 0.35f * color.x + 0.45f * color.y + 0.2f * color.z;
-    const Float8 low = 1.0f - up;
-    const Float8 white = kWhiteHaze * low * low * low;
-    color = color + (Vec3x8(grey, grey, grey) - color) * white;
-    color.y = Min(color.y, 0.53f * (color.x + color.z));
-  }
-  return color * scale;
+  return (color + (Vec3x8(Vec3f::Ones()) - color) * white) * scale;
 }
 
 Vec3x8 SkyModel::Radiance(const Vec3x8& directions) const {

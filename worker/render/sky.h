@@ -2,11 +2,12 @@
 //
 // Radiance is in the renderer's units, where a lamp of P watts emits P: strength 1 is an overcast
 // noon with kZenithRadiance at the zenith. `sun_strength` s makes the sky clear (with weight s / (s
-// + 0.5)) and adds s * kSunIrradiance, weakened and reddened by the air, on a surface that faces
-// the sun. `turbidity` is the amount of haze; `cloud_cover` adds clouds, which also weaken the sun
-// behind them. Constant; thread-safe.
-// Source of the overcast gradient: Moon and Spencer, 1942; of the clear sky and the sun's colour:
-// Preetham, Shirley and Smits, "A practical analytic model for daylight", 1999.
+// + 0.5); with clouds, s / (s + 0.1), because they are the white of it) and adds s *
+// kSunIrradiance, weakened and reddened by the air, on a surface that faces the sun. `turbidity` is
+// the amount of haze; `cloud_cover` adds clouds, which also weaken the sun behind them. Constant;
+// thread-safe. Source of the overcast gradient: Moon and Spencer, 1942; of the clear sky and the
+// sun's colour: Preetham, Shirley and Smits, "A practical analytic model for daylight", 1999, whose
+// y is replaced by that of the CIE's daylight of the same x: no real sky is pink or green.
 #pragma once
 
 #include <memory>
@@ -90,13 +91,12 @@ class SkyModel {
   bool has_ground_ = true;
   bool has_sky_ = false, has_sun_ = false;
   float turbidity_ = kTurbidity;
-  bool hazy_ = false;                     // With unusual turbidity the horizon's green is limited.
-  std::shared_ptr<const Clouds> clouds_;  // None: a sky without.
+  std::shared_ptr<const Clouds> clouds_;            // None: a sky without.
   std::shared_ptr<const Environment> environment_;  // Likewise.
   Mat3f turn_ = Mat3f::Identity();                  // World from environment.
   Vec3f environment_scale_ = Vec3f::Zero();
   float clear_ = 0;  // [0, 1]
-  Perez perez_[3];   // CIE x, y; luminance in kcd/m^2.
+  Perez perez_[2];   // CIE x; luminance in kcd/m^2.
   Vec3f scale_ = Vec3f::Zero();
   Vec3f ground_ = Vec3f::Zero();  // Radiance below the horizon.
   Vec3f sun_radiance_ = Vec3f::Zero();

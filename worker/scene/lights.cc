@@ -33,7 +33,7 @@ void ChooseSky(const v1::LightingConfig& config, const Rng& root, v1::Sky& sky) 
   const double warm = rng.Uniform(-1, 1);
   const double saturation = Draw(config.sky_saturation(), root.Child("sky saturation").Uniform());
   const double hue = root.Child("sky hue").Uniform(0, 2 * std::numbers::pi);
-  const Vec3d natural(1 + 0.06 * warm, 1.0, 1 - 0.08 * warm);
+  const Vec3d natural(1 + 0.02 * warm, 1.0, 1 - 0.03 * warm);
   *sky.mutable_tint() = ToProto(Vec3d(natural.cwiseProduct(TintOf(hue, saturation))));
   // Latitudes where people live: mostly 15 to 60 degrees up, all around.
   sky.set_sun_elevation_rad(rng.Uniform(12, 62) * std::numbers::pi / 180);

@@ -176,6 +176,12 @@ absl::StatusOr<Json> Check(const Options& options, uint64_t seed) {
   const v1::Scene& scene = solved.scene();
   const v1::Terrain& land = scene.place().terrain();
   json["biome"] = land.biome() + " in " + land.season();
+  const v1::Sky& sky = scene.sky();
+  json["sky"] = {{"sun_strength", sky.sun_strength()},
+                 {"sun_elevation_rad", sky.sun_elevation_rad()},
+                 {"turbidity", sky.turbidity()},
+                 {"cloud_cover", sky.cloud_cover()},
+                 {"haze_per_m", scene.air().haze_per_m()}};
   json["recipe_bytes"] = scene.ByteSizeLong();
   start = CpuSeconds();
   ASSIGN_OR_RETURN(SceneGeometry geometry, BuildSceneGeometry(scene));

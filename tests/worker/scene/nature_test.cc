@@ -13,6 +13,7 @@
 #include "common/config/config.h"
 #include "common/math/proto.h"
 #include "common/math/stereo.h"
+#include "common/math/sun.h"
 #include "worker/scene/scene_geometry.h"
 #include "worker/scene/solve.h"
 #include "worker/scene/types/nature/arena.h"
@@ -145,14 +146,16 @@ TEST(Nature, HazeLeavesHalfOfTheLightOfTheMedianGround) {
   const v1::SolveResult result = SolveFor(config, Plain().scene_seed());
   ASSERT_TRUE(result.has_scene());
   const v1::Scene& scene = result.scene();
-  const double sight_m = MedianSight(*TerrainOf(scene.place().terrain()).value(), scene.rigs());
+  const auto terrain = TerrainOf(scene.place().terrain()).value();
+  const double sight_m = Sight(*terrain, scene.rigs()).median_m();
   const double eye_m = scene.rigs(0).world_from_left().tz();
   const double at_eye = scene.air().haze_per_m() * std::exp(-eye_m / scene.air().scale_height_m());
   EXPECT_NEAR(std::exp(-at_eye * sight_m), 0.5, 0.01);
 }
 
-// From 10 m above a plane, a narrow view 30 degrees down meets it after about 20 m.
-TEST(Nature, MedianSightIsTheDistanceToThePlane) {
+// From 10 m above a plane, a narrow view 30 degrees down meets it after about 20 m. Any sun above
+// the horizon lights all of it.
+TEST(Nature, SightIsOfThePlaneBelow) {
   TerrainSpec flat;
   flat.region_samples = flat.site_samples = 33;
   flat.streams.steps = 0;
@@ -164,7 +167,35 @@ TEST(Nature, MedianSightIsTheDistanceToThePlane) {
   *rig.mutable_world_from_left() =
       ToProto(Pose{Vec3d(0, 0, 10), Eigen::Quaterniond(axes).normalized(), 1.0});
   *scene.add_rigs() = rig;
-  EXPECT_NEAR(MedianSight(MakeTerrain(flat), scene.rigs()), 20, 3);
+  const Terrain plane = MakeTerrain(flat);
+  const Sight sight(plane, scene.rigs());
+  EXPECT_NEAR(sight.median_m(), 20, 3);
+  EXPECT_EQ(sight.SunlitShare(Vec3d(-1, 0.2, 0.2).normalized()), 1);
+  EXPECT_EQ(sight.SunlitShare(Vec3d(1, 0.2, -0.2).normalized()), 0);
+}
+
+// Where a low sun from some side would reach into a gorge it does so.
+TEST(Nature, TheSunStandsWhereItLightsTheSight) {
+  v1::SceneConfig config = SmallNature("canyon");
+  config.mutable_nature()->mutable_sun_elevation_deg()->set_constant(15);
+  int sunny = 0;
+  for (const uint64_t seed : {1u, 2u, 3u, 4u}) {
+    const v1::SolveResult result = SolveFor(config, seed);
+    if (!result.has_scene() || result.scene().sky().sun_strength() == 0) continue;
+    const v1::Scene& scene = result.scene();
+    const auto terrain = TerrainOf(scene.place().terrain()).value();
+    const Sight sight(*terrain, scene.rigs());
+    const double here = sight.SunlitShare(SunDirection(scene.sky()));
+    double mean = 0;
+    for (int k = 0; k < 12; ++k) {
+      v1::Sky turned = scene.sky();
+      turned.set_sun_azimuth_rad(k * std::numbers::pi / 6);
+      mean += sight.SunlitShare(SunDirection(turned)) / 12;
+    }
+    EXPECT_TRUE(here >= 0.7 || here > mean) << "seed " << seed << ": " << here << ", " << mean;
+    sunny += here < 1 || mean < 1 ? 1 : 0;
+  }
+  EXPECT_GT(sunny, 0) << "no seed tests anything";
 }
 
 TEST(Nature, EveryInstanceHasAnObjectThatTheRecipeKnows) {

@@ -34,6 +34,24 @@ TEST(SnowCaps, LieOnWhatLooksUpAndRunOutAtItsEdges) {
   }
 }
 
+// On the twigs of a bush snow stands no higher than they are wide, else it hangs in shards.
+TEST(SnowCaps, AreThinOnTwigs) {
+  Rng rng(SceneSeed{4}, "bush");
+  const Mesh bare = SampleDryBush(rng).mesh;
+  Mesh mesh = bare;
+  AddSnowCaps(0.1f, mesh);
+  ASSERT_GT(mesh.triangles.size(), bare.triangles.size());
+  double thick = 0, all = 0;
+  for (size_t i = bare.positions.size(); i < mesh.positions.size(); ++i) {
+    float nearest = 1e9f;
+    for (const Vec3f& p : bare.positions)
+      nearest = std::min(nearest, (mesh.positions[i] - p).norm());
+    thick += nearest > 0.03f ? 1 : 0;
+    ++all;
+  }
+  EXPECT_LT(thick, 0.05 * all);
+}
+
 TEST(SnowCaps, CoverMostNeedlesButNotAll) {
   ConiferParams params;
   params.seed = 5;

@@ -47,8 +47,8 @@ v1::Rig ViewOut(const v1::Room& room, const v1::Opening& opening, double focal_p
 
 void ChooseWeather(const Rng& root, v1::Scene& recipe) {
   v1::Sky& sky = *recipe.mutable_sky();
-  sky.set_turbidity(root.Child("turbidity").Uniform(2, 6));
-  sky.set_cloud_cover(root.Child("cloud cover").Uniform(0, 0.7));
+  sky.set_turbidity(root.Child("turbidity").Uniform(1.9, 3));
+  sky.set_cloud_cover(root.Child("cloud cover").Uniform(0, 0.6));
   sky.set_cloud_seed(root.Child("clouds").Seed());
   v1::Air& air = *recipe.mutable_air();
   air.set_haze_per_m(root.Child("haze").Uniform(0, 0.0008));

@@ -10,6 +10,7 @@
 #include "common/base/status.h"
 #include "common/config/config.h"
 #include "common/math/proto.h"
+#include "common/math/sun.h"
 #include "worker/scene/types/nature/land_materials.h"
 #include "worker/scene/types/nature/nature.h"
 #include "worker/scene/types/nature/recipe.h"
@@ -40,6 +41,23 @@ class LandDresser {
   }
 
  private:
+  // Turns the sun so that most of what the frames see is not in the shade of a mountain or a wall:
+  // to the first direction that lights kSunlit of it, else to the best.
+  static void TurnSunToSight(const Sight& sight, v1::Sky& sky) {
+    constexpr double kSunlit = 0.7, kTurn_rad = 2.39996;  // The golden angle.
+    constexpr int kTurns = 8;
+    v1::Sky turned = sky;
+    double most = -1, best = sky.sun_azimuth_rad();
+    for (int k = 0; k < kTurns && most < kSunlit; ++k) {
+      turned.set_sun_azimuth_rad(sky.sun_azimuth_rad() + k * kTurn_rad);
+      const double lit = sight.SunlitShare(SunDirection(turned));
+      if (lit <= most) continue;
+      most = lit;
+      best = turned.sun_azimuth_rad();
+    }
+    sky.set_sun_azimuth_rad(best);
+  }
+
   absl::Status ChooseLight() {
     ASSIGN_OR_RETURN(const auto terrain, TerrainOf(land_));
     const std::vector<float>& heights = terrain->region().values;
@@ -56,6 +74,8 @@ class LandDresser {
     const bool overcast = day.Bernoulli(kOvercast);
     sky.set_sun_strength(overcast ? 0 : day.Uniform(0.75, 1));
     sky.set_sun_elevation_rad(draw(nature.sun_elevation_deg(), "sun elevation") * kDegree);
+    const Sight sight(*terrain, recipe_.rigs());
+    if (!overcast) TurnSunToSight(sight, sky);
     sky.set_turbidity(draw(nature.turbidity(), "turbidity"));
     sky.set_cloud_cover(draw(nature.cloud_cover(), "cloud cover"));
     sky.set_cloud_seed(root_.Child("clouds").Seed());
@@ -64,7 +84,7 @@ class LandDresser {
     // thick in the valleys below: no fog hides all that a mountain shows.
     const double eye_m = recipe_.rigs(0).world_from_left().tz();
     air.set_scale_height_m(std::max(root_.Child("haze height").Uniform(120, 900), eye_m - low_m));
-    const double clearest = kMostDepth / MedianSight(*terrain, recipe_.rigs());
+    const double clearest = kMostDepth / sight.median_m();
     air.set_haze_per_m(std::min(draw(nature.haze_per_m(), "haze"), clearest) *
                        std::exp(std::clamp(eye_m / air.scale_height_m(), -6.0, 6.0)));
     air.set_forward(0.5);

@@ -1,14 +1,30 @@
-// How far the frames of a landscape see its ground.
+// What the frames of a landscape see of its ground.
 #pragma once
+
+#include <vector>
 
 #include "parallax/v1/scene.pb.h"
 #include "worker/terrain/terrain.h"
 
 namespace parallax {
 
-// Returns the median distance, in metres along rays through a grid of pixels of the first, middle
-// and last rig, at which the bare ground is met; plants and stones are not looked at. Rays that
-// meet nothing within 6 km are left out; returns 6 km if none is left. Requires at least one rig.
-double MedianSight(const Terrain& terrain, const google::protobuf::RepeatedPtrField<v1::Rig>& rigs);
+// The bare ground, without plants and stones, that is met by rays through a grid of pixels of the
+// first, middle and last rig. The terrain must outlive it. Constant; thread-safe.
+class Sight {
+ public:
+  // Requires at least one rig.
+  Sight(const Terrain& terrain, const google::protobuf::RepeatedPtrField<v1::Rig>& rigs);
+
+  // Returns the median distance from an eye, in metres; 6 km if no ray meets the ground within it.
+  double median_m() const { return median_m_; }
+  // Returns the share of the ground, in [0, 1], that light from `direction` (unit, world) meets
+  // before other ground; 1 where no ground is seen.
+  double SunlitShare(const Vec3d& direction) const;
+
+ private:
+  const Terrain& terrain_;
+  std::vector<Vec3d> ground_;  // Points on it.
+  double median_m_ = 0;
+};
 
 }  // namespace parallax

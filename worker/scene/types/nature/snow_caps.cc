@@ -1,6 +1,9 @@
 #include "worker/scene/types/nature/snow_caps.h"
 
 #include <algorithm>
+#include <array>
+#include <limits>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
@@ -14,6 +17,8 @@ namespace {
 constexpr float kNoSnow = 0.3f, kAllSnow = 0.75f;
 // Snow falls off some twigs.
 constexpr float kSnowySheets = 0.72f;
+constexpr int kSmoothings = 3;
+constexpr float kFilm = 0.05f;     // Share of the depth that is too thin to be seen as snow.
 constexpr float kOnSheets = 0.3f;  // Share of the depth.
 
 uint16_t SlotFor(const char* name, bool sheet, Mesh& mesh) {
@@ -25,6 +30,63 @@ uint16_t SlotFor(const char* name, bool sheet, Mesh& mesh) {
 float Lumps(const Vec3f& p) {
   return 0.8f + 0.5f * noise::Gradient3(p / 0.11f, 77) + 0.5f * noise::Gradient3(p / 0.45f, 78);
 }
+
+bool IsWood(const MaterialSlot& slot) {
+  return std::any_of(slot.families.begin(), slot.families.end(), [](const std::string& family) {
+    return family.ends_with("Bark") || family.ends_with("Wood");
+  });
+}
+
+// Depth of the snow on each vertex of a mesh's solid parts.
+class Cover {
+ public:
+  Cover(const Mesh& mesh, float depth_m)
+      : mesh_(mesh),
+        depth_m_(depth_m),
+        lies_(mesh.positions.size()),
+        most_(mesh.positions.size(), std::numeric_limits<float>::max()) {
+    for (size_t v = 0; v < lies_.size(); ++v) {
+      lies_[v] = noise::SmoothStep(kNoSnow, kAllSnow, mesh.normals[v].z());
+    }
+    // Snow bridges what is rough: no rock looks through a cap in spots.
+    for (int pass = 0; pass < kSmoothings; ++pass) Smooth();
+    for (const Triangle& t : mesh.triangles) {
+      if (IsWood(mesh.slots[t.slot])) LimitOnWood(t);
+    }
+  }
+
+  float At(uint32_t v) const {
+    return std::min(depth_m_ * lies_[v] * Lumps(mesh_.positions[v]), most_[v]);
+  }
+
+ private:
+  // Replaces each vertex's share by the mean of its own and that of its triangles.
+  void Smooth() {
+    std::vector<float> sum(lies_.size(), 0.0f), count(lies_.size(), 0.0f);
+    for (const Triangle& t : mesh_.triangles) {
+      const float mean = (lies_[t.a] + lies_[t.b] + lies_[t.c]) / 3;
+      for (const uint32_t v : {t.a, t.b, t.c}) {
+        sum[v] += mean;
+        count[v] += 1;
+      }
+    }
+    for (size_t v = 0; v < lies_.size(); ++v) {
+      if (count[v] > 0) lies_[v] = 0.5f * (lies_[v] + sum[v] / count[v]);
+    }
+  }
+
+  // No more snow lies on a twig than it is wide.
+  void LimitOnWood(const Triangle& t) {
+    const Vec3f &a = mesh_.positions[t.a], &b = mesh_.positions[t.b], &c = mesh_.positions[t.c];
+    const float width_m = std::min({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+    for (const uint32_t v : {t.a, t.b, t.c}) most_[v] = std::min(most_[v], width_m);
+  }
+
+  const Mesh& mesh_;
+  const float depth_m_;
+  std::vector<float> lies_;  // Share of the depth, in [0, 1].
+  std::vector<float> most_;  // Metres.
+};
 
 // Copies of a mesh's vertices, moved up.
 class Cap {
@@ -69,6 +131,7 @@ class Cap {
 void AddSnowCaps(float depth_m, Mesh& mesh) {
   if (depth_m <= 0) return;
   const size_t triangles = mesh.triangles.size();
+  const Cover cover(mesh, depth_m);
   std::vector<char> is_sheet(mesh.slots.size());
   for (size_t i = 0; i < mesh.slots.size(); ++i) is_sheet[i] = mesh.slots[i].sheet;
   for (const bool sheets : {false, true}) {
@@ -88,13 +151,8 @@ void AddSnowCaps(float depth_m, Mesh& mesh) {
         cap.Add(t, {depth, depth, depth}, normal.z() < 0);
         continue;
       }
-      std::array<float, 3> depths;
-      const std::array<uint32_t, 3> corners = {t.a, t.b, t.c};
-      for (size_t k = 0; k < 3; ++k) {
-        const float lies = noise::SmoothStep(kNoSnow, kAllSnow, mesh.normals[corners[k]].z());
-        depths[k] = lies * depth_m * Lumps(mesh.positions[corners[k]]);
-      }
-      if (normal.z() > 0 && std::max({depths[0], depths[1], depths[2]}) > 0)
+      const std::array<float, 3> depths = {cover.At(t.a), cover.At(t.b), cover.At(t.c)};
+      if (normal.z() > 0 && std::max({depths[0], depths[1], depths[2]}) > kFilm * depth_m)
         cap.Add(t, depths, false);
     }
     cap.Finish();

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
+#include <map>
 #include <string>
-#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "worker/assets/nature/limb.h"
@@ -18,7 +20,7 @@ constexpr float kNoSnow = 0.3f, kAllSnow = 0.75f;
 // Snow falls off some twigs.
 constexpr float kSnowySheets = 0.72f;
 constexpr int kSmoothings = 3;
-constexpr float kFilm = 0.05f;     // Share of the depth that is too thin to be seen as snow.
+constexpr float kEdge = 0.12f;     // Snow ends where less than this share of it lies.
 constexpr float kOnSheets = 0.3f;  // Share of the depth.
 
 uint16_t SlotFor(const char* name, bool sheet, Mesh& mesh) {
@@ -55,8 +57,11 @@ class Cover {
     }
   }
 
+  // How far inside the snow's edge a vertex is: below 0 outside, at most 1.
+  float Inside(uint32_t v) const { return (lies_[v] - kEdge) / (1 - kEdge); }
+  // Depth in metres, at a vertex inside; round towards the edge.
   float At(uint32_t v) const {
-    return std::min(depth_m_ * lies_[v] * Lumps(mesh_.positions[v]), most_[v]);
+    return std::min(depth_m_ * std::sqrt(Inside(v)) * Lumps(mesh_.positions[v]), most_[v]);
   }
 
  private:
@@ -88,7 +93,7 @@ class Cover {
   std::vector<float> most_;  // Metres.
 };
 
-// Copies of a mesh's vertices, moved up.
+// Copies of a mesh's faces, moved up.
 class Cap {
  public:
   Cap(Mesh& mesh, uint16_t slot)
@@ -97,33 +102,58 @@ class Cap {
         first_(mesh.positions.size()),
         first_triangle_(mesh.triangles.size()) {}
 
-  void Add(const Triangle& t, const std::array<float, 3>& depths, bool flip) {
-    Triangle made{VertexFor(t.a, depths[0]), VertexFor(t.b, depths[1]), VertexFor(t.c, depths[2]),
-                  slot_};
+  // Adds the whole of a triangle; `flip` turns it over.
+  void AddWhole(const Triangle& t, float depth_m, bool flip) {
+    Triangle made{Raised(t.a, depth_m), Raised(t.b, depth_m), Raised(t.c, depth_m), slot_};
     if (flip) std::swap(made.b, made.c);
     mesh_.triangles.push_back(made);
+  }
+  // Adds the part of a triangle that lies inside the snow's edge.
+  void AddInside(const Triangle& t, const Cover& cover) {
+    const std::array<uint32_t, 3> corners = {t.a, t.b, t.c};
+    std::vector<uint32_t> part;
+    for (size_t k = 0; k < 3; ++k) {
+      const uint32_t one = corners[k], next = corners[(k + 1) % 3];
+      const float inside = cover.Inside(one), inside_next = cover.Inside(next);
+      if (inside > 0) part.push_back(Raised(one, cover.At(one)));
+      if ((inside > 0) == (inside_next > 0)) continue;
+      part.push_back(OnEdge(one, next, inside / (inside - inside_next)));
+    }
+    for (size_t k = 2; k < part.size(); ++k) {
+      mesh_.triangles.push_back({part[0], part[k - 1], part[k], slot_});
+    }
   }
   void Finish() { SetNormals(mesh_, first_, first_triangle_); }
 
  private:
-  uint32_t VertexFor(uint32_t from, float depth_m) {
-    const auto [found, added] =
-        made_.try_emplace(from, static_cast<uint32_t>(mesh_.positions.size()));
+  uint32_t Raised(uint32_t from, float depth_m) {
+    const auto [found, added] = made_.try_emplace({from, from}, Next());
+    if (added) Put(mesh_.positions[from] + Vec3f(0, 0, depth_m), mesh_.uv[from]);
+    return found->second;
+  }
+  // Where the snow's edge crosses an edge of the mesh, at a share of the way.
+  uint32_t OnEdge(uint32_t from, uint32_t to, float share) {
+    const auto [found, added] = made_.try_emplace(std::minmax(from, to), Next());
     if (added) {
-      const Vec3f at = mesh_.positions[from] + Vec3f(0, 0, depth_m);
-      mesh_.positions.push_back(at);
-      mesh_.normals.push_back(Vec3f::UnitZ());
-      mesh_.texture.push_back(at);
-      const Vec2f uv = mesh_.uv[from];
-      mesh_.uv.push_back(uv);
+      const Vec3f &a = mesh_.positions[from], &b = mesh_.positions[to];
+      const Vec2f &uv_a = mesh_.uv[from], &uv_b = mesh_.uv[to];
+      Put(a + share * (b - a), uv_a + share * (uv_b - uv_a));
     }
     return found->second;
+  }
+  uint32_t Next() const { return static_cast<uint32_t>(mesh_.positions.size()); }
+  // By value: both may be parts of the mesh that grows.
+  void Put(Vec3f at, Vec2f uv) {
+    mesh_.positions.push_back(at);
+    mesh_.normals.push_back(Vec3f::UnitZ());
+    mesh_.texture.push_back(at);
+    mesh_.uv.push_back(uv);
   }
 
   Mesh& mesh_;
   const uint16_t slot_;
   const size_t first_, first_triangle_;
-  std::unordered_map<uint32_t, uint32_t> made_;
+  std::map<std::pair<uint32_t, uint32_t>, uint32_t> made_;  // By the mesh's vertex, or two of them.
 };
 
 }  // namespace
@@ -147,13 +177,10 @@ void AddSnowCaps(float depth_m, Mesh& mesh) {
       if (sheets) {
         // A sheet is one whole; both of its sides may lie up.
         if (std::abs(normal.z()) < kNoSnow || mesh.uv[t.a].y() > kSnowySheets) continue;
-        const float depth = kOnSheets * depth_m;
-        cap.Add(t, {depth, depth, depth}, normal.z() < 0);
-        continue;
+        cap.AddWhole(t, kOnSheets * depth_m, normal.z() < 0);
+      } else if (normal.z() > 0) {
+        cap.AddInside(t, cover);
       }
-      const std::array<float, 3> depths = {cover.At(t.a), cover.At(t.b), cover.At(t.c)};
-      if (normal.z() > 0 && std::max({depths[0], depths[1], depths[2]}) > kFilm * depth_m)
-        cap.Add(t, depths, false);
     }
     cap.Finish();
   }

@@ -113,6 +113,7 @@ void AddSmallRubble(LayerWriter& w, double times, const MaskSpec& where, double 
          .high = 0.3,
          .upright = 0.2,
          .sink_m = 0.12,
+         .snow_m = snow_m,
          .mask = RubblePatches(where, 12, 0.65)});
 }
 

@@ -1,13 +1,15 @@
 // The background of every scene: an analytic sky over a plain ground, and the sun as a small disk.
 //
 // Radiance is in the renderer's units, where a lamp of P watts emits P: strength 1 is an overcast
-// noon with kZenithRadiance at the zenith. `sun_strength` s makes the sky clear (with weight s / (s
-// + 0.5); with clouds, s / (s + 0.1), because they are the white of it) and adds s *
-// kSunIrradiance, weakened and reddened by the air, on a surface that faces the sun. `turbidity` is
-// the amount of haze; `cloud_cover` adds clouds, which also weaken the sun behind them. Constant;
-// thread-safe. Source of the overcast gradient: Moon and Spencer, 1942; of the clear sky and the
-// sun's colour: Preetham, Shirley and Smits, "A practical analytic model for daylight", 1999, whose
-// y is replaced by that of the CIE's daylight of the same x: no real sky is pink or green.
+// noon with kZenithRadiance at the zenith. `sun_strength` s makes the sky clear and adds s *
+// kSunIrradiance, weakened and reddened by the air, on a surface that faces the sun. The weight of
+// the clear sky is s / (s + 0.5), as under a veil of thin cloud; where `turbidity`, the amount of
+// haze, is given, it is s / (s + 0.1). `cloud_cover` adds clouds, which also weaken the sun behind
+// them. Constant; thread-safe.
+//
+// Source of the overcast gradient: Moon and Spencer, 1942; of the clear sky and the sun's colour:
+// Preetham, Shirley and Smits, "A practical analytic model for daylight", 1999, whose y is replaced
+// by that of the CIE's daylight of the same x: no real sky is pink or green.
 #pragma once
 
 #include <memory>

@@ -117,8 +117,8 @@ class Baker {
     // A texel sees a level slice at a glance: it is as wide as `across`, and longer away from us.
     const Float8 across = angle * from;
     const Float8 seen_km = across / Sqrt(Max(z, 0.02f));
-    // Near the horizon a ray crosses the layer at length, through many clouds. Of the last few
-    // degrees only the bases are met.
+    // Near the horizon a ray crosses the layer at length, through many clouds. In the last few
+    // degrees it is followed through the lower part of the layer only.
     const int steps = Any(z < kLowSky) ? kLowSteps : kSteps;
     const Float8 step = Min((to - from) / static_cast<float>(steps), 0.35f);
     const Float8 cosine = Inner(d, Vec3x8(light_.sun_direction));

@@ -79,7 +79,7 @@ struct WalkRows {
   Row<float> width_m, spread;
   Vec3Row throughput, radiance;
   Vec3Row tint;              // Tint of mirrors and panes before the guiding surface.
-  Row<float> transmittance;  // Of the haze on the way from the eye to the first surface.
+  Row<float> transmittance;  // Share of light that passes the haze before the first surface.
   // The last vertex that gathered light, and the density with which the ray left it. Infinity:
   // light sampling could not have found this direction.
   Vec3Row gathered_at;

@@ -25,7 +25,7 @@ std::vector<Vec3f> Directions(int count) {
   return all;
 }
 
-// A sky whose turbidity nobody gives has the usual one, under a veil of thin cloud.
+// Without a given turbidity, a sky has the usual one, under a veil of thin cloud.
 TEST(Sky, GivenTurbidityLiftsTheVeil) {
   v1::Sky said = ClearDay();
   said.set_turbidity(3);
@@ -143,7 +143,7 @@ TEST(Sky, IsBlueBetweenClouds) {
   EXPECT_GT(white, 100);  // The clouds.
 }
 
-// A white cloud in full sun is nearly as bright as a white board in it, and brighter than the sky.
+// A white cloud in full sun is nearly as bright as a white board in it.
 TEST(Clouds, AreAsBrightAsWhatLightsThem) {
   const auto clouds = Clouds::Bake(0.6, 3, Noon());
   const float board = 60 * kInvPi;

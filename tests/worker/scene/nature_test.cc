@@ -174,7 +174,7 @@ TEST(Nature, SightIsOfThePlaneBelow) {
   EXPECT_EQ(sight.SunlitShare(Vec3d(1, 0.2, -0.2).normalized()), 0);
 }
 
-// Where a low sun from some side would reach into a gorge it does so.
+// A low sun stands on a side from which it reaches into a gorge.
 TEST(Nature, TheSunStandsWhereItLightsTheSight) {
   v1::SceneConfig config = SmallNature("canyon");
   config.mutable_nature()->mutable_sun_elevation_deg()->set_constant(15);

@@ -8,8 +8,8 @@
 
 namespace parallax {
 
-// The bare ground, without plants and stones, that is met by rays through a grid of pixels of the
-// first, middle and last rig. The terrain must outlive it. Constant; thread-safe.
+// Points of the bare ground, without plants and stones, that rays meet through a grid of pixels of
+// the first, middle and last rig. The terrain must outlive it. Constant; thread-safe.
 class Sight {
  public:
   // Requires at least one rig.
@@ -17,13 +17,13 @@ class Sight {
 
   // Returns the median distance from an eye, in metres; 6 km if no ray meets the ground within it.
   double median_m() const { return median_m_; }
-  // Returns the share of the ground, in [0, 1], that light from `direction` (unit, world) meets
-  // before other ground; 1 where no ground is seen.
+  // Returns the share of these points, in [0, 1], from which no ground hides the direction (unit,
+  // world); 1 if there are none.
   double SunlitShare(const Vec3d& direction) const;
 
  private:
   const Terrain& terrain_;
-  std::vector<Vec3d> ground_;  // Points on it.
+  std::vector<Vec3d> ground_;  // The points that the rays meet.
   double median_m_ = 0;
 };
 

@@ -13,7 +13,7 @@ const Vec3f kExtinction(0.241f, 0.301f, 0.448f);
 // Haze adds this for each unit of turbidity: 0.04608 lambda^-1.3, lambda in micrometres.
 const Vec3f kHazeExtinction(0.0876f, 0.1002f, 0.1247f);
 constexpr float kWhiteHaze = 0.5f;  // Share of the horizon's colour that haze takes.
-constexpr float kVeil = 0.5f, kVeilOfSaidAir = 0.1f;         // Weight of the overcast sky.
+constexpr float kVeil = 0.5f, kVeilOfSaidAir = 0.1f;             // Weight of the overcast sky.
 constexpr float kLeastTurbidity = 1.8f, kMostTurbidity = 10.0f;  // The model's range.
 
 // CIE x of the zenith: a polynomial in (T^2, T, 1) x (theta^3, theta^2, theta, 1).

@@ -159,7 +159,7 @@ class DesertSand final : public Carved<DesertSand> {
   SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
     const Float8 w = point.footprint_m;
     const Vec3x8& p = point.texture_m;
-    const Float8 ripple = Ripples(p, w);
+    const Float8 ripple = RippleShare(point.normal) * Ripples(p, w);
     const Float8 broad = Fbm3(p, 2.6f, 5, w, seed_ + 4, 0.55f);
     Float8 tone = Splat(0);
     const Float8 fade = Fade(2.0f * grain_m_, w);
@@ -178,10 +178,15 @@ class DesertSand final : public Carved<DesertSand> {
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
     const auto& p = point.texture_m;
-    return depth_m_ * Ripples(p, w) + 2.5e-3f * Fbm3(p, 0.3f, 4, w, seed_ + 6, 0.5f);
+    return depth_m_ * RippleShare(point.normal) * Ripples(p, w) +
+           2.5e-3f * Fbm3(p, 0.3f, 4, w, seed_ + 6, 0.5f);
   }
 
  private:
+  // The wind ripples what it can push; on slopes near the angle of repose sand slides.
+  static Float8 RippleShare(const Vec3x8& normal) {
+    return SmoothStep(0.82f, Splat(0.94f), Abs(normal.z));
+  }
   // About [-1, 1]; the lee is twice as steep as the side before the wind.
   template <typename Vec>
   RealOf<Vec> Ripples(const Vec& p, Float8 w) const {

@@ -33,6 +33,18 @@ float Turn(float a, float b) {
   return turn;
 }
 
+// Returns how far rock stands out within `reach_m` of a height. Ledges that are lower than the
+// vertices of a face lie apart would stand out of one column of them and not of the next.
+float MeanLedge(const MeshedSurface& surface, const Vec2f& p, float height_m, float reach_m) {
+  constexpr int kHeights = 5;
+  float sum = 0;
+  for (int k = 0; k < kHeights; ++k) {
+    const float away = (static_cast<float>(k) + 0.5f) / kHeights * 2 - 1;
+    sum += surface.ledge(p, height_m + away * reach_m);
+  }
+  return sum / kHeights;
+}
+
 }  // namespace
 
 MeshedSurface GroundOf(const Terrain& terrain) {
@@ -272,9 +284,18 @@ void GroundMesh::Triangulate(const MeshedSurface& surface) {
 void GroundMesh::StandOut(const MeshedSurface& surface) {
   plan_.reserve(mesh_.positions.size());
   for (const Vec3f& at : mesh_.positions) plan_.push_back(at.head<2>());
+  // Height from a vertex to its neighbours, the largest.
+  std::vector<float> rise_m(mesh_.positions.size());
+  for (const Triangle& t : mesh_.triangles) {
+    for (const auto& [v, w] : {std::pair(t.a, t.b), std::pair(t.b, t.c), std::pair(t.c, t.a)}) {
+      const float rise = std::fabs(mesh_.positions[v].z() - mesh_.positions[w].z());
+      rise_m[v] = std::max(rise_m[v], rise);
+      rise_m[w] = std::max(rise_m[w], rise);
+    }
+  }
   std::vector<bool> moved(mesh_.positions.size());
   for (size_t i = 0; i < plan_.size(); ++i) {
-    const float out = surface.ledge(plan_[i], mesh_.positions[i].z());
+    const float out = MeanLedge(surface, plan_[i], mesh_.positions[i].z(), rise_m[i]);
     if (out <= 0) continue;
     const Vec2f downhill = -surface.slope(plan_[i], kFace_m);
     if (downhill.squaredNorm() < 1e-4f) continue;

@@ -41,12 +41,14 @@ float Strata::Ledge(const Vec3f& p) const {
   const float level = Level(p.head<2>(), p.z());
   // Each bed is cut into courses; blocks broke out of them.
   const float course = 3.7f * level, k = std::floor(course), t = course - k;
-  const auto depth = [&](float at) { return OfBed(at, spec_.seed + 3); };
+  const auto depth = [&](float at) {
+    const Vec3f blocks(p.x() / 2.6f, p.y() / 2.6f, 0.6f * at);
+    const float broken = noise::SmoothStep(-0.1f, 0.2f, noise::Gradient3(blocks, spec_.seed + 4));
+    return 0.55f * OfBed(at, spec_.seed + 3) + 0.3f * broken;
+  };
   const float out = noise::Lerp(depth(k), depth(k + 1), noise::SmoothStep(0.72f, 0.98f, t));
-  const Vec3f blocks(p.x() / 2.6f, p.y() / 2.6f, 0.6f * k);
-  const float broken = noise::SmoothStep(0.0f, 0.12f, noise::Gradient3(blocks, spec_.seed + 4));
   const float rough = 0.5f + 0.5f * noise::Gradient3(p / 1.3f, spec_.seed + 5);
-  return spec_.ledge_m * std::clamp(0.55f * out + 0.3f * broken + 0.15f * rough, 0.0f, 1.0f);
+  return spec_.ledge_m * std::clamp(out + 0.15f * rough, 0.0f, 1.0f);
 }
 
 }  // namespace parallax

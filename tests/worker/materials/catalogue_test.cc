@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <set>
@@ -346,6 +348,26 @@ TEST(MaterialCatalogue, FamiliesAreFoundByNameWhateverTheCase) {
   for (const MaterialClass* c : woods) EXPECT_EQ(c->family, "wood");
   ASSERT_EQ(MaterialsOfFamily("oakwood").size(), 1u);
   EXPECT_TRUE(MaterialsOfFamily("unobtainium").empty());
+}
+
+// Sand that lies as steeply as it can slides; the wind's ripples are on what is flatter.
+TEST(DesertSand, HasRipplesOnlyWhereItIsNotSteep) {
+  const auto made = MakeMaterial("DesertSand", 3);
+  ASSERT_TRUE(made.ok()) << made.status();
+  const auto relief_m = [&](float normal_z) {
+    SurfacePoint point;
+    point.normal = Vec3f(std::sqrt(1 - normal_z * normal_z), 0, normal_z);
+    float low = 1e9f, high = -1e9f;
+    for (float x = 0; x < 0.4f; x += 0.003f) {
+      point.texture_m = Vec3f(x, 0.2f, 0);
+      const std::array<SurfacePoint, 1> points = {point};
+      const float height = (*made)->Height(SurfacePoint8(points))[0];
+      low = std::min(low, height);
+      high = std::max(high, height);
+    }
+    return high - low;
+  };
+  EXPECT_GT(relief_m(1), 2 * relief_m(0.8f));
 }
 
 TEST(MaterialCatalogue, TagsOfferEnoughForEachUse) {

@@ -134,5 +134,29 @@ TEST(GroundMesh, LedgesOverhangAndLeaveTheMeshWhole) {
   }
 }
 
+// Ledges lower than the vertices of a face lie apart are averaged: one column of vertices would
+// meet them and the next would not.
+TEST(GroundMesh, LedgesThatItCannotShowStandOutByTheirMean) {
+  const float steep = 6;
+  MeshedSurface face;
+  face.slot = face.family = "soil";
+  face.height = [steep](const Vec2f& p, float) { return steep * p.x(); };
+  face.slope = [steep](const Vec2f&, float) { return Vec2f(steep, 0); };
+  face.steepness = [steep](const Vec2f&) { return steep; };
+  face.ledge = [](const Vec2f&, float height_m) {
+    const float level = height_m / 0.77f;
+    return level - std::floor(level) < 0.5f ? 1.0f : 0.0f;
+  };
+  GroundMeshOptions options = Options(4000);
+  options.reach_m = 200;
+  const GroundMesh ground(face, options);
+  size_t means = 0;
+  for (const Vec3f& at : ground.mesh().positions) {
+    const float out = at.z() / steep - at.x();  // Downhill is -x.
+    means += out > 0.1f && out < 0.9f;
+  }
+  EXPECT_GT(means, ground.mesh().positions.size() * 8 / 10);
+}
+
 }  // namespace
 }  // namespace parallax

@@ -50,5 +50,20 @@ TEST(Strata, LedgesStandOutNoFurtherThanTheyMay) {
   EXPECT_FALSE(Strata({.bed_m = 4}).has_ledges());
 }
 
+// Courses end in slopes: a jump between them would be drawn as teeth, however fine the mesh.
+TEST(Strata, LedgesHaveNoJumps) {
+  const Strata strata(kSpec);
+  float largest = 0;
+  for (float x = 0; x < 40; x += 1.7f) {
+    float before = strata.Ledge({x, 11, 0});
+    for (float z = 0; z < 40; z += 0.01f) {
+      const float out = strata.Ledge({x, 11, z});
+      largest = std::max(largest, std::fabs(out - before));
+      before = out;
+    }
+  }
+  EXPECT_LT(largest, 0.1f * kSpec.ledge_m);
+}
+
 }  // namespace
 }  // namespace parallax

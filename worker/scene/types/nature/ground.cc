@@ -151,13 +151,16 @@ class GroundMaterial final : public Material {
       const Vec q = VecOf(p.x, p.y, p.z * 2.1f) / wavelength_m;
       auto form = 0.7f * noise::SmoothStep(-0.15f, Splat(0.12f),
                                            noise::Gradient3(q * 0.7f, seed_ + 51 + i));
-      // Joints part the rock into blocks with corners; they are not open everywhere.
+      // Joints part the rock into blocks, each broken off at its own depth; few joints gape.
       if (i % 2 == 0) {
         const auto blocks = noise::Cells3(q, seed_ + 31 + i);
-        const auto open =
-            noise::SmoothStep(-0.1f, Splat(0.25f), noise::Gradient3(q * 0.4f, seed_ + 91 + i));
-        form = form -
-               0.45f * open * (1.0f - noise::SmoothStep(0.0f, Splat(0.09f), blocks.f2 - blocks.f1));
+        const auto border =
+            blocks.f2 - blocks.f1 + 0.12f * noise::Gradient3(q * 3.3f, seed_ + 41 + i);
+        const auto gaping =
+            noise::SmoothStep(0.1f, Splat(0.4f), noise::Gradient3(q * 0.4f, seed_ + 91 + i));
+        const Float8 depth = 1.6f * (noise::UnitByte(blocks.id, 0) - 0.5f);
+        form = form + depth * noise::SmoothStep(0.0f, Splat(0.18f), border) -
+               0.3f * gaping * (1.0f - noise::SmoothStep(0.0f, Splat(0.06f), border));
       }
       height += (fade * (0.10f * wavelength_m)) * form;
       wavelength_m *= 0.43f;

@@ -127,7 +127,7 @@ void WriteCanyon(BiomeDraft& draft) {
   w.AddGround({.patches_m = 9, .cover = rng.Uniform(0.35, 0.65), .soft = 0.2});
   w.AddGround({.slope = {0, 0.5, 0.2}, .patches_m = 23, .cover = 0.25, .soft = 0.15});
   w.AddGround({.slope = {0.35, 0.9, 0.12}, .deposit_m = {0.7, 1e4, 0.6}});
-  w.AddGround({.slope = {0.85, 99, 0.14}});
+  w.AddGround({.slope = {0.68, 99, 0.12}});
   if (rng.Bernoulli(0.35)) AddFormation(w, "arches", "RockArch", 0.00004);
   if (rng.Bernoulli(0.5)) AddFormation(w, "pillars", "RockPillar", 0.00012);
   AddRubble(w, rng.Uniform(0.5, 1.1), {.slope = {0, 1.1, 0.2}});

@@ -185,7 +185,7 @@ ProgramError Serve(const ServeOptions& options) {
 
   auto server = CoordinatorServer::Start(ServerOptionsOf(options, *security, **store), **queue);
   if (!server.ok()) return ListenError(server.status());
-  const Janitor janitor(**queue, **store, {.lease_s = options.lease_s});
+  const Janitor janitor(**queue, **store, (*server)->content(), {.lease_s = options.lease_s});
   std::unique_ptr<HttpServer> http;
   if (!options.http.empty()) {
     auto started = HttpServer::Start(HttpOptionsOf(options, *security, **store), **queue, **server);

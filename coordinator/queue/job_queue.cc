@@ -351,6 +351,10 @@ absl::Status JobQueue::ForgetLitter(const std::vector<std::string>& paths) {
                                   [&] { return impl_->machine_->ForgetLitter(paths); });
 }
 
+absl::StatusOr<std::vector<std::string>> JobQueue::ListContentFolders() {
+  return impl_->readers_->ListContentFolders();
+}
+
 absl::StatusOr<std::vector<RunningJob>> JobQueue::ListRunning() {
   constexpr size_t kMostRunning = 1000;
   return impl_->readers_->ListRunning(impl_->book_.Figures(kMostRunning));

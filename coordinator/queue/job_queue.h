@@ -283,6 +283,9 @@ class JobQueue {
   absl::StatusOr<std::vector<std::string>> ListLitter(double older_than_s, int limit);
   // Forgets litter that the janitor has removed.
   absl::Status ForgetLitter(const std::vector<std::string>& paths);
+  // Returns the folders of users' content that studies name, those that are forgotten left out;
+  // what is in the store is named as common/store/content.h says. Reads all variants.
+  absl::StatusOr<std::vector<std::string>> ListContentFolders();
 
   // ---- Operations
   // Checks every invariant. Returns a line for each violation; empty if all hold. Reads all rows,

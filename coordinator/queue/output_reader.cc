@@ -1,7 +1,10 @@
 // Reads outputs for clients and workers: frames, results, scenes, and the messages of leases.
 #include <fmt/core.h>
 
+#include <set>
+
 #include "common/base/status.h"
+#include "common/config/content_folders.h"
 #include "coordinator/queue/compress.h"
 #include "coordinator/queue/reader_rows.h"
 #include "coordinator/queue/readers.h"
@@ -179,6 +182,22 @@ absl::StatusOr<std::vector<std::string>> Readers::ListLitter(double before_unix_
     return query.status();
   }));
   return paths;
+}
+
+absl::StatusOr<std::vector<std::string>> Readers::ListContentFolders() {
+  std::set<std::string> folders;
+  RETURN_IF_ERROR(Read(0, [&](SqliteConnection& db) {
+    SqliteQuery query(db,
+                      "SELECT v.config_z FROM variants AS v JOIN studies AS s"
+                      " ON s.id = v.study_id WHERE s.forgotten = 0");
+    v1::SceneConfig config;
+    while (query.Next()) {
+      RETURN_IF_ERROR(UnpackMessage(query.Blob(0), config));
+      for (const std::string* folder : ContentFoldersOf(config)) folders.insert(*folder);
+    }
+    return query.status();
+  }));
+  return std::vector<std::string>(folders.begin(), folders.end());
 }
 
 absl::StatusOr<v1::Scene> Readers::GetScene(const v1::GetSceneRequest& request) {

@@ -46,6 +46,7 @@ class Readers {
       const std::map<int64_t, std::map<std::string, double>>& figures);
   absl::StatusOr<std::vector<HistorySample>> ListSamples(double since_unix_s);
   absl::StatusOr<std::vector<std::string>> ListLitter(double before_unix_s, int limit);
+  absl::StatusOr<std::vector<std::string>> ListContentFolders();
   absl::StatusOr<v1::Scene> GetScene(const v1::GetSceneRequest& request);
   absl::StatusOr<std::vector<v1::AuditEntry>> ListAudit(const v1::ListAuditRequest& request);
   absl::StatusOr<std::string> SubmitterOf(int64_t study);

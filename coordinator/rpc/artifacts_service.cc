@@ -183,7 +183,9 @@ ArtifactsService::ArtifactsService(Store* store, std::string spool_dir, Rule rul
       rule_(std::move(rule)),
       limits_(limits),
       puts_(limits.puts, limits.puts_a_worker),
-      reads_(limits.reads, limits.reads_a_peer) {}
+      reads_(limits.reads, limits.reads_a_peer) {
+  if (store_ != nullptr) content_ = std::make_unique<ContentKeeper>(*store_, limits.content);
+}
 
 absl::Status ArtifactsService::Prepare() {
   if (store_ == nullptr) return absl::OkStatus();
@@ -245,35 +247,13 @@ absl::Status ArtifactsService::PutOutput(PutStream& stream, CallWatch::Call& cal
 absl::Status ArtifactsService::PutContent(PutStream& stream, CallWatch::Call& call,
                                           const v1::PutFileHeader& header) {
   RETURN_IF_ERROR(CheckContent(header));
+  content_->Note(header.sha256());
   // Files that are there are not sent again, and take no room twice.
   const bool is_there = IsThere(*store_, header);
-  if (!is_there) RETURN_IF_ERROR(TakeContentRoom(header.size()));
+  if (!is_there) RETURN_IF_ERROR(content_->TakeRoom(header.size()));
   const absl::Status status = PutFileThere(stream, call, header, [] { return absl::OkStatus(); });
-  if (!status.ok() && !is_there) GiveContentRoomBack(header.size());
+  if (!status.ok() && !is_there) content_->GiveRoomBack(header.size());
   return status;
-}
-
-absl::Status ArtifactsService::TakeContentRoom(int64_t bytes) {
-  const std::lock_guard lock(content_mu_);
-  if (content_bytes_ < 0) {
-    ASSIGN_OR_RETURN(const std::vector<StoreEntry> entries, store_->List(kContentFolder));
-    content_bytes_ = 0;
-    for (const StoreEntry& entry : entries) content_bytes_ += entry.size;
-  }
-  if (content_bytes_ + bytes > limits_.content_bytes) {
-    return ResourceExhausted(
-        "users' content in the store has {} bytes, {} more are wanted, and {} are allowed; the "
-        "farm's operator removes what no study needs from its folder {} and starts the coordinator "
-        "again",
-        content_bytes_, bytes, limits_.content_bytes, kContentFolder);
-  }
-  content_bytes_ += bytes;
-  return absl::OkStatus();
-}
-
-void ArtifactsService::GiveContentRoomBack(int64_t bytes) {
-  const std::lock_guard lock(content_mu_);
-  content_bytes_ -= bytes;
 }
 
 absl::Status ArtifactsService::PutFileThere(PutStream& stream, CallWatch::Call& call,

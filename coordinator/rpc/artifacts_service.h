@@ -22,11 +22,13 @@
 #include <functional>
 #include <list>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 
 #include "common/base/status.h"
 #include "coordinator/rpc/call_watch.h"
+#include "coordinator/rpc/content_keeper.h"
 #include "parallax/v1/service.grpc.pb.h"
 
 namespace parallax {
@@ -48,7 +50,7 @@ struct ArtifactsLimits {
   size_t reads = 64;         // Calls of Get, List and Remove at a time.
   size_t puts_a_worker = 32;
   size_t reads_a_peer = 32;
-  int64_t content_bytes = int64_t{64} << 30;  // For all users' content.
+  ContentOptions content;
 };
 
 // Bounds the number of concurrent calls, of all callers together and of each caller. Thread-safe.
@@ -96,6 +98,9 @@ class ArtifactsService final : public v1::Artifacts::Service {
   // folder.
   absl::Status Prepare();
 
+  // Keeps the users' content; null without a store.
+  ContentKeeper* content() { return content_.get(); }
+
   using PutStream = grpc::ServerReaderWriter<v1::PutFileReply, v1::PutFileMessage>;
   grpc::Status Put(grpc::ServerContext* context, PutStream* stream) override;
   grpc::Status Get(grpc::ServerContext* context, const v1::GetFileRequest* request,
@@ -116,10 +121,6 @@ class ArtifactsService final : public v1::Artifacts::Service {
                             const std::function<absl::Status()>& allowed);
   absl::Status PutContent(PutStream& stream, CallWatch::Call& call,
                           const v1::PutFileHeader& header);
-  // Reserves bytes of the bound on content, until GiveContentRoomBack returns them.
-  // Errors: kResourceExhausted.
-  absl::Status TakeContentRoom(int64_t bytes);
-  void GiveContentRoomBack(int64_t bytes);
   absl::Status Receive(PutStream& stream, CallWatch::Call& call, const v1::PutFileHeader& header,
                        SpoolFile& file);
   // Runs `body(call)` in a place for reads, and ends the call if the peer stops reading.
@@ -134,10 +135,9 @@ class ArtifactsService final : public v1::Artifacts::Service {
   CallPlaces puts_;
   CallPlaces reads_;
   std::mutex waiting_mu_;
-  std::list<CallWatch::Call*> waiting_;  // Without a header, the longest first. Guarded.
-  std::atomic<uint64_t> spooled_ = 0;    // Gives names to spool files.
-  std::mutex content_mu_;
-  int64_t content_bytes_ = -1;  // In the store or on the way; -1: not counted yet. Guarded.
+  std::list<CallWatch::Call*> waiting_;     // Without a header, the longest first. Guarded.
+  std::atomic<uint64_t> spooled_ = 0;       // Gives names to spool files.
+  std::unique_ptr<ContentKeeper> content_;  // Null without a store.
 };
 
 // Returns the coordinator's rule, whose errors are kAborted unless the worker holds the attempt,

@@ -81,6 +81,8 @@ class CoordinatorServerImpl final : public CoordinatorServer {
     return metrics;
   }
 
+  ContentKeeper* content() override { return artifacts_.content(); }
+
   void Shutdown() override {
     std::lock_guard lock(shutdown_mu_);
     if (shut_down_) return;

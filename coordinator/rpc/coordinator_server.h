@@ -21,6 +21,7 @@
 
 namespace parallax {
 
+class ContentKeeper;
 class JobQueue;
 class Store;
 
@@ -93,6 +94,9 @@ class CoordinatorServer {
   // Return the workers that the server knows now, and the server's figures.
   virtual std::vector<v1::WorkerStatus> Workers() const = 0;
   virtual ServerMetrics Metrics() const = 0;
+  // Returns the keeper of the users' content, which lives as long as the server; null without a
+  // store.
+  virtual ContentKeeper* content() = 0;
 
   // Ends all streams and waits for calls in progress. Workers continue their jobs and reconnect.
   // Idempotent.

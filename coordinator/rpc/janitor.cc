@@ -1,6 +1,7 @@
 #include "coordinator/rpc/janitor.h"
 
 #include "common/base/log.h"
+#include "common/store/content.h"
 
 namespace parallax {
 namespace {
@@ -9,8 +10,9 @@ constexpr int kPathsAtOnce = 200;
 
 }  // namespace
 
-Janitor::Janitor(JobQueue& queue, Store& store, const JanitorOptions& options)
-    : queue_(queue), store_(store), options_(options) {
+Janitor::Janitor(JobQueue& queue, Store& store, ContentKeeper* content,
+                 const JanitorOptions& options)
+    : queue_(queue), store_(store), content_(content), options_(options) {
   if (options_.every_s > 0) thread_ = std::thread([this] { Loop(); });
 }
 
@@ -48,6 +50,17 @@ absl::StatusOr<int> Janitor::Sweep() const {
   }
 }
 
+absl::StatusOr<int> Janitor::SweepContent() const {
+  if (content_ == nullptr) return 0;
+  ASSIGN_OR_RETURN(const std::vector<std::string> folders, queue_.ListContentFolders());
+  std::vector<std::string> lists;
+  for (const std::string& folder : folders) {
+    const std::optional<ContentReference> reference = FindContentReference(folder);
+    if (reference) lists.push_back(reference->sha256);
+  }
+  return content_->Sweep(lists);
+}
+
 // The folder of the attempt above a frame's, once its last frame is gone. An attempt that is over
 // writes nothing more, and no other one ever writes there.
 absl::Status Janitor::RemoveEmptyAttempt(const std::string& path) const {
@@ -58,15 +71,18 @@ absl::Status Janitor::RemoveEmptyAttempt(const std::string& path) const {
 }
 
 void Janitor::Loop() {
-  std::unique_lock lock(mu_);
-  while (!stopping_) {
-    lock.unlock();
-    const absl::StatusOr<int> removed = Sweep();
+  const auto log = [](const absl::StatusOr<int>& removed, std::string_view what) {
     if (!removed.ok()) {
-      LogWarning("litter is not removed", {{"error", removed.status()}});
+      LogWarning("nothing is removed from the store", {{"of", what}, {"error", removed.status()}});
     } else if (*removed > 0) {
-      LogInfo("litter removed from the store", {{"folders", *removed}});
+      LogInfo("removed from the store", {{"of", what}, {"paths", *removed}});
     }
+  };
+  std::unique_lock lock(mu_);
+  for (int sweep = 0; !stopping_; ++sweep) {
+    lock.unlock();
+    log(Sweep(), "litter");
+    if (sweep % options_.content_every == 0) log(SweepContent(), "users' content");
     lock.lock();
     stop_.wait_for(lock, std::chrono::duration<double>(options_.every_s),
                    [this] { return stopping_; });

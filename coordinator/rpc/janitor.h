@@ -6,6 +6,8 @@
 // result, and a fence that has lost never wins again. The janitor still waits for some leases, so
 // that a worker that is writing learns of it first. Files that such a worker leaves later become
 // litter with its late report.
+//
+// The users' content is removed when no study names it any more: see content_keeper.h.
 #pragma once
 
 #include <condition_variable>
@@ -14,20 +16,22 @@
 
 #include "common/store/store.h"
 #include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/content_keeper.h"
 
 namespace parallax {
 
 struct JanitorOptions {
   double lease_s = 60;
-  double leases = 5;    // Leases to wait before litter is removed.
-  double every_s = 60;  // Time between sweeps; 0: only calls of Sweep().
+  double leases = 5;       // Leases to wait before litter is removed.
+  double every_s = 60;     // Time between sweeps; 0: only calls of Sweep().
+  int content_every = 60;  // Sweeps for one of the users' content.
 };
 
 // Thread-safe. Has one thread.
 class Janitor {
  public:
-  // `queue` and `store` must outlive the janitor.
-  Janitor(JobQueue& queue, Store& store, const JanitorOptions& options);
+  // All must outlive the janitor. Without `content`, users' content stays.
+  Janitor(JobQueue& queue, Store& store, ContentKeeper* content, const JanitorOptions& options);
   ~Janitor();  // Stops after the current path.
   Janitor(const Janitor&) = delete;
   Janitor& operator=(const Janitor&) = delete;
@@ -35,6 +39,9 @@ class Janitor {
   // Removes all litter that is old enough. Returns the number of removed paths. Paths that can't be
   // removed stay for the next time. Errors: the queue's.
   absl::StatusOr<int> Sweep() const;
+  // Removes the users' content that no study names any more (content_keeper.h). Returns the number
+  // of removed files. Errors: those of the queue and of the keeper.
+  absl::StatusOr<int> SweepContent() const;
 
  private:
   void Loop();
@@ -42,6 +49,7 @@ class Janitor {
 
   JobQueue& queue_;
   Store& store_;
+  ContentKeeper* const content_;
   const JanitorOptions options_;
 
   mutable std::mutex mu_;

@@ -11,6 +11,7 @@
 #include "common/store/content.h"
 #include "coordinator/rpc/artifacts_service.h"
 #include "tests/common/store/store_conformance.h"
+#include "tests/coordinator/queue/queue_fixture.h"
 
 namespace parallax {
 namespace {
@@ -202,7 +203,7 @@ TEST_F(ArtifactsTest, ContentIsNamedByItsHashAndNeedsNoAttempt) {
 
 TEST(ArtifactsContent, HasABoundOnAllOfIt) {
   ArtifactsLimits limits;
-  limits.content_bytes = 10;
+  limits.content.most_bytes = 10;
   Served served(limits);
   ASSERT_TRUE(served.store->Put(ContentPath(Sha256Hex("four")), "four").ok());
   const auto remote = MakeRemoteStore(served.Channel(), {.worker = "client", .attempt = {}});
@@ -215,6 +216,24 @@ TEST(ArtifactsContent, HasABoundOnAllOfIt) {
   EXPECT_THAT(std::string(ToStd(full.message())), HasSubstr("9 bytes, 6 more are wanted, and 10"));
   EXPECT_TRUE(put("four").ok()) << "it is there";
   EXPECT_TRUE(put("1").ok());
+}
+
+// A client that finds its content there relies on it until it submits.
+TEST(ArtifactsContent, StaysForWhoPutsItAgain) {
+  FakeClock clock;
+  ArtifactsLimits limits;
+  limits.content.keep_s = 100;
+  limits.content.clock = &clock;
+  Served served(limits);
+  const auto remote = MakeRemoteStore(served.Channel(), {.worker = "client", .attempt = {}});
+  const auto put = [&] { return remote->Put(ContentPath(Sha256Hex("mine")), "mine"); };
+  ASSERT_TRUE(put().ok());
+  EXPECT_EQ(*served.service->content()->Sweep({}), 0);
+  clock.Advance(101);
+  ASSERT_TRUE(put().ok());
+  EXPECT_EQ(*served.service->content()->Sweep({}), 0);
+  clock.Advance(101);
+  EXPECT_EQ(*served.service->content()->Sweep({}), 1);
 }
 
 TEST_F(ArtifactsTest, AStartEmptiesTheSpool) {

@@ -3,6 +3,8 @@
 #include <filesystem>
 
 #include "../queue/queue_fixture.h"
+#include "common/base/hash.h"
+#include "common/store/content.h"
 
 namespace parallax {
 namespace {
@@ -16,7 +18,9 @@ class JanitorTest : public QueueTest {
     auto store = OpenStore(folder_ + "/store");
     ASSERT_TRUE(store.ok()) << store.status();
     store_ = *std::move(store);
-    janitor_ = std::make_unique<Janitor>(*queue_, *store_,
+    content_ = std::make_unique<ContentKeeper>(
+        *store_, ContentOptions{.most_bytes = 1000, .keep_s = 100, .clock = &clock_});
+    janitor_ = std::make_unique<Janitor>(*queue_, *store_, content_.get(),
                                          JanitorOptions{.lease_s = 30, .leases = 2, .every_s = 0});
   }
   // Leases a render and writes a file as its worker would.
@@ -37,7 +41,42 @@ class JanitorTest : public QueueTest {
     return removed.value_or(-1);
   }
 
+  // Puts a folder of one file, as a client does before it submits. Returns the folder's name.
+  std::string Ship(const std::string& bytes) {
+    const std::string file = Sha256Hex(bytes);
+    const std::string list = ContentListText({{"a.hdr", static_cast<int64_t>(bytes.size()), file}});
+    for (const std::string& text : {bytes, list}) {
+      content_->Note(Sha256Hex(text));
+      EXPECT_TRUE(store_->Put(ContentPath(Sha256Hex(text)), text).ok());
+    }
+    return ContentReferenceText({Sha256Hex(list), "home/hdris"});
+  }
+  StudyId SubmitWith(const std::string& hdris, const std::string& name) {
+    v1::SubmitRequest request = MakeStudy({.name = name, .pairs = 2});
+    v1::LightingConfig* lighting =
+        request.mutable_study()->mutable_variants(0)->mutable_config()->mutable_lighting();
+    lighting->set_hdri_dir(hdris);
+    lighting->set_hdris_sha256(Sha256Hex(hdris));
+    const auto reply = queue_->Submit(request, "tester");
+    EXPECT_TRUE(reply.ok()) << reply.status();
+    return StudyId{reply.ok() ? reply->study_id() : 0};
+  }
+  void CancelAndForget(StudyId study) {
+    ASSERT_TRUE(queue_->Cancel(study, "", "tester").ok());
+    Tick();
+    ASSERT_TRUE(queue_->Forget(study, "", "tester").ok());
+  }
+  bool HasContent(const std::string& bytes) {
+    return store_->Get(ContentPath(Sha256Hex(bytes))).ok();
+  }
+  int SweepContent() {
+    const auto removed = janitor_->SweepContent();
+    EXPECT_TRUE(removed.ok()) << removed.status();
+    return removed.value_or(-1);
+  }
+
   std::unique_ptr<Store> store_;
+  std::unique_ptr<ContentKeeper> content_;
   std::unique_ptr<Janitor> janitor_;
 };
 
@@ -96,6 +135,57 @@ TEST_F(JanitorTest, OfAForgottenStudyNoFolderOfAnAttemptIsLeft) {
   clock_.Advance(61);
   EXPECT_EQ(Sweep(), 3) << "its two pairs, and their notes";
   EXPECT_FALSE(Exists(lease));
+}
+
+TEST_F(JanitorTest, ContentGoesWhenTheLastStudyThatNamesItIsForgotten) {
+  const std::string shared = Ship("shared"), own = Ship("own");
+  const StudyId first = SubmitWith(shared, "first"), second = SubmitWith(shared, "second");
+  SubmitWith(own, "third");
+  CancelAndForget(first);
+  EXPECT_EQ(SweepContent(), 0);
+  clock_.Advance(101);
+  EXPECT_EQ(SweepContent(), 0) << "the second names it";
+  CancelAndForget(second);
+  EXPECT_EQ(SweepContent(), 0) << "for a while it stays";
+  clock_.Advance(101);
+  EXPECT_EQ(SweepContent(), 2) << "a file and its list";
+  EXPECT_FALSE(HasContent("shared"));
+  EXPECT_TRUE(HasContent("own"));
+}
+
+TEST_F(JanitorTest, ContentOfAClientThatIsAboutToSubmitStays) {
+  Ship("old");
+  EXPECT_EQ(SweepContent(), 0);
+  clock_.Advance(101);
+  const std::string again = Ship("old");  // It finds its files there.
+  EXPECT_EQ(SweepContent(), 0);
+  clock_.Advance(99);
+  EXPECT_EQ(SweepContent(), 0);
+  SubmitWith(again, "late");
+  clock_.Advance(101);
+  EXPECT_EQ(SweepContent(), 0);
+  EXPECT_TRUE(HasContent("old"));
+}
+
+TEST_F(JanitorTest, RemovedContentLeavesRoom) {
+  Ship(std::string(600, 'x'));
+  EXPECT_EQ(content_->TakeRoom(900).code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(SweepContent(), 0);
+  clock_.Advance(101);
+  EXPECT_EQ(SweepContent(), 2);
+  EXPECT_TRUE(content_->TakeRoom(900).ok());
+}
+
+// What a list that can't be read names is not known: nothing goes.
+TEST_F(JanitorTest, WithoutAListNoContentGoes) {
+  Ship("stays");
+  const std::string gone = Ship("gone");
+  SubmitWith(gone, "study");
+  ASSERT_TRUE(store_->RemoveTree(ContentPath(FindContentReference(gone)->sha256)).ok());
+  EXPECT_FALSE(janitor_->SweepContent().ok());
+  clock_.Advance(101);
+  EXPECT_FALSE(janitor_->SweepContent().ok());
+  EXPECT_TRUE(HasContent("stays"));
 }
 
 }  // namespace

@@ -127,7 +127,7 @@ class Rock final : public Carved<Rock> {
                                                     {0x9a7a62, 0x6b4f40},    // Ironstone
                                                     {0x7d8078, 0x4f544c},    // Greenstone
                                                     {0xa69a94, 0x6f625f},    // Gneiss
-                                                    {0x7a6f7a, 0x4d4450}}};  // Schist
+                                                    {0x7a736f, 0x4d4846}}};  // Schist
     const Kind& kind = rng.Pick(kKinds);
     light_ = VaryColor(rng, SrgbColor(kind.light), 0.12, 0.03);
     dark_ = VaryColor(rng, SrgbColor(kind.dark), 0.12, 0.03);

@@ -31,7 +31,7 @@ constexpr std::array<StrataKind, 3> kRedKinds = {
 constexpr std::array<StrataKind, 3> kGreyKinds = {
     {{{0xa8a294, 0x8f8a80, 0xb8b0a0, 0x7a766e, 0x9c9486}, 0x4c4a44},
      {{0xc2b89e, 0xaca288, 0xd0c8b2, 0x968c76, 0xb8ab90}, 0x5c5648},
-     {{0x76767a, 0x88868a, 0x64646a, 0x94908e, 0x6e6c70}, 0x3a3a3c}}};
+     {{0x787672, 0x8a8680, 0x666460, 0x94908a, 0x6e6b67}, 0x3a3938}}};
 
 // Beds across z in three sizes, each with its own tint and hardness; joints across them; streaks
 // down steep faces.

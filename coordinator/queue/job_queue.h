@@ -283,8 +283,9 @@ class JobQueue {
   absl::StatusOr<std::vector<std::string>> ListLitter(double older_than_s, int limit);
   // Forgets litter that the janitor has removed.
   absl::Status ForgetLitter(const std::vector<std::string>& paths);
-  // Returns the folders of users' content that studies name, those that are forgotten left out;
-  // what is in the store is named as common/store/content.h says. Reads all variants.
+  // Returns the folders of users' content that the variants of all studies name, without those of
+  // forgotten studies. common/store/content.h says how a folder in the store is named. Reads all
+  // variants.
   absl::StatusOr<std::vector<std::string>> ListContentFolders();
 
   // ---- Operations

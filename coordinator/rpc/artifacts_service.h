@@ -50,7 +50,7 @@ struct ArtifactsLimits {
   size_t reads = 64;         // Calls of Get, List and Remove at a time.
   size_t puts_a_worker = 32;
   size_t reads_a_peer = 32;
-  ContentOptions content;
+  ContentOptions content;  // Bounds on the users' content.
 };
 
 // Bounds the number of concurrent calls, of all callers together and of each caller. Thread-safe.

@@ -2,8 +2,8 @@
 // study names any more.
 //
 // Content that a client has just put, or found there, belongs to no study until the client submits.
-// So content stays for a day after the last Note() of it, or after it was first seen without a
-// study; a coordinator that was restarted waits a day again.
+// So a file stays for `keep_s` after a sweep first finds it without a study; Note() makes the next
+// sweep count anew, and so does a restart of the coordinator.
 //
 // Thread-safe.
 #pragma once
@@ -22,8 +22,8 @@ namespace parallax {
 class Store;
 
 struct ContentOptions {
-  int64_t most_bytes = int64_t{64} << 30;  // Of all users.
-  double keep_s = 86'400;                  // Without a study.
+  int64_t most_bytes = int64_t{64} << 30;  // Bound on the content of all users together.
+  double keep_s = 86'400;                  // Time for which content without a study stays.
   Clock* clock = &Clock::System();
 };
 
@@ -40,9 +40,10 @@ class ContentKeeper {
   absl::Status TakeRoom(int64_t bytes);
   void GiveRoomBack(int64_t bytes);
 
-  // Removes the files that none of the lists with these hashes names, and those lists that are not
-  // among them, once they are old enough. Removes nothing if one of `lists` can't be read. Returns
-  // the number of removed files. Errors: those of the store; kInvalidArgument for a broken list.
+  // Removes the content that no study needs and that has stayed long enough. Studies need the lists
+  // with the hashes `lists` and the files that these lists name. Removes nothing if one of the
+  // lists can't be read. Returns the number of removed files. Errors: those of the store;
+  // kInvalidArgument for a broken list.
   absl::StatusOr<int> Sweep(const std::vector<std::string>& lists);
 
  private:
@@ -50,8 +51,10 @@ class ContentKeeper {
   const ContentOptions options_;
 
   std::mutex mu_;
-  int64_t bytes_ = -1;  // In the store or on the way; -1: not counted yet. Guarded, as below.
-  std::map<std::string, SteadyTime> unused_since_;  // By hash.
+  // Size of the content in the store or on its way there; -1: not counted yet. mu_ guards it.
+  int64_t bytes_ = -1;
+  // When a sweep first found each file without a study, by the file's hash. mu_ guards it.
+  std::map<std::string, SteadyTime> unused_since_;
 };
 
 }  // namespace parallax

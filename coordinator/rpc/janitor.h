@@ -24,7 +24,7 @@ struct JanitorOptions {
   double lease_s = 60;
   double leases = 5;       // Leases to wait before litter is removed.
   double every_s = 60;     // Time between sweeps; 0: only calls of Sweep().
-  int content_every = 60;  // Sweeps for one of the users' content.
+  int content_every = 60;  // Sweeps from one removal of unused content to the next.
 };
 
 // Thread-safe. Has one thread.

@@ -33,8 +33,8 @@ float Turn(float a, float b) {
   return turn;
 }
 
-// Returns how far rock stands out within `reach_m` of a height. Ledges that are lower than the
-// vertices of a face lie apart would stand out of one column of them and not of the next.
+// Returns the mean reach of the ledges within `reach_m` of a height. A ledge that is thinner than
+// the gap between two vertices of a face would move one column of vertices and miss the next.
 float MeanLedge(const MeshedSurface& surface, const Vec2f& p, float height_m, float reach_m) {
   constexpr int kHeights = 5;
   float sum = 0;
@@ -284,7 +284,7 @@ void GroundMesh::Triangulate(const MeshedSurface& surface) {
 void GroundMesh::StandOut(const MeshedSurface& surface) {
   plan_.reserve(mesh_.positions.size());
   for (const Vec3f& at : mesh_.positions) plan_.push_back(at.head<2>());
-  // Height from a vertex to its neighbours, the largest.
+  // The largest difference in height between each vertex and its neighbours.
   std::vector<float> rise_m(mesh_.positions.size());
   for (const Triangle& t : mesh_.triangles) {
     for (const auto& [v, w] : {std::pair(t.a, t.b), std::pair(t.b, t.c), std::pair(t.c, t.a)}) {

@@ -176,7 +176,7 @@ TEST_F(JanitorTest, RemovedContentLeavesRoom) {
   EXPECT_TRUE(content_->TakeRoom(900).ok());
 }
 
-// What a list that can't be read names is not known: nothing goes.
+// The keeper can't know which files a missing list names, so it removes none.
 TEST_F(JanitorTest, WithoutAListNoContentGoes) {
   Ship("stays");
   const std::string gone = Ship("gone");

@@ -134,8 +134,8 @@ TEST(GroundMesh, LedgesOverhangAndLeaveTheMeshWhole) {
   }
 }
 
-// Ledges lower than the vertices of a face lie apart are averaged: one column of vertices would
-// meet them and the next would not.
+// The mesh averages ledges that are thinner than the gap between its vertices: such a ledge would
+// move one column of vertices and miss the next.
 TEST(GroundMesh, LedgesThatItCannotShowStandOutByTheirMean) {
   const float steep = 6;
   MeshedSurface face;

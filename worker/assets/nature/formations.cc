@@ -68,8 +68,8 @@ class BeddedSection {
 
   float bed_m_;
   Noise noise_;
-  std::vector<float> joints_;             // Angles that they face.
-  std::vector<std::vector<float>> beds_;  // Distances of the joints, in radii.
+  std::vector<float> joints_;             // The angle that each joint faces.
+  std::vector<std::vector<float>> beds_;  // The distance of each joint in each bed, in radii.
 };
 
 // Wear at every size down to the mesh's cells, along the surface's normal.
@@ -102,7 +102,7 @@ std::vector<LimbRing> WithRoundFoot(std::vector<LimbRing> rings) {
   return rings;
 }
 
-// From the first ring to each, along the line.
+// Returns the length of the line from the first ring to each ring.
 std::vector<float> WaysAlong(const std::vector<LimbRing>& rings) {
   std::vector<float> ways_m = {0};
   for (size_t i = 1; i < rings.size(); ++i) {

@@ -53,6 +53,7 @@ std::string DescribeProgress(const v1::JobStatus& job) {
 
 void ProgressView::NoteWaiting(const v1::ListWorkersReply& workers) {
   waiting_.clear();
+  if (now_s_ - start_s_ < workers_come_s_) return;
   std::map<std::string, int64_t> ready;
   for (const v1::VariantStatus& variant : study_.variants()) {
     for (const v1::JobCount& count : variant.jobs()) {

@@ -21,6 +21,10 @@ std::string DescribeProgress(const v1::JobStatus& job);
 
 class ProgressView {
  public:
+  // `workers_come_s`: for so long after the first observation, jobs that no worker takes are not
+  // noted, because workers that start beside the client are still to connect.
+  explicit ProgressView(double workers_come_s = 0) : workers_come_s_(workers_come_s) {}
+
   // Adds an observation. `time_s` is the time of any steady clock and must not decrease. `leased`
   // has the study's jobs in state LEASED, whose fractions move the bars between completions.
   // `workers` has the connected workers, for notes on jobs that none of them takes.
@@ -49,6 +53,7 @@ class ProgressView {
   // Seconds until the study ends; absent if unknown.
   std::optional<double> SecondsLeft() const;
 
+  const double workers_come_s_;
   double start_s_ = -1;
   double now_s_ = 0;
   v1::StudyStatus study_;

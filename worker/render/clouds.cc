@@ -16,8 +16,11 @@ constexpr float kEarth_km = 6371;
 constexpr float kHeap_km = 2.6f;    // Size of cumulus and gaps.
 constexpr float kDensity = 22.0f;   // Extinction inside, 1/km.
 constexpr float kReach_km = 22.0f;  // Farther clouds fade into haze.
-constexpr int kSteps = 12, kLowSteps = 32, kLightSteps = 4;
-constexpr float kLowSky = 0.3f;  // Sine of an elevation.
+constexpr int kSteps = 12, kLowSteps = 48, kLightSteps = 4;
+constexpr int kParts = 4;            // Of a step, where clouds are near.
+constexpr float kOpaque = 0.01f;     // So little light from behind is not followed further.
+constexpr float kShadow_km = 0.12f;  // Finer detail casts no shadow.
+constexpr float kLowSky = 0.3f;      // Sine of an elevation.
 // Light that was scattered many times, alike in every direction: with it, a cloud in full sun is
 // nearly as bright as a white board, and its base as what passes through that much cloud.
 constexpr float kMany = 0.15f;
@@ -65,20 +68,27 @@ class Field {
     const Float8 rise = noise::Saturate((Form(x, y) - least_) / (most_ - least_ + 1e-3f));
     const Mask8 any = (rise > 0.0f) & (height >= 0.0f) & (height <= 1.0f);
     if (!Any(any)) return Splat(0);
-    const Float8 top = Sqrt(rise) * 1.15f;
+    const Float8 top = Sqrt(rise * Sqrt(rise)) * 1.3f;
     const Float8 body = Min(height / 0.08f, (top - height) / 0.35f);
+    // Round heads with creases between them, as on a cauliflower; where the cloud ends it has none,
+    // or they would be cut off by a wall.
     const Vec3x8 at(x, y, height * (kHigh_km - kLow_km));
-    Float8 rough = Splat(0);
+    Float8 heads = Splat(0);
     float size = 0.42f, part = 0.55f;
     for (uint32_t octave = 0; octave < 4; ++octave) {
       const Float8 fade = noise::Fade(size, seen_km);
       if (!Any(fade > 0.0f)) break;
-      rough += part * fade * noise::Gradient3(at * (1.0f / size), detail_ + octave);
+      const Float8 value = noise::Gradient3(at * (1.0f / size), detail_ + octave);
+      heads += part * fade * (2.0f * Abs(value) - 0.45f);
       size *= 0.47f;
       part *= 0.55f;
     }
-    return any ? noise::Saturate(1.6f * (body + 1.6f * rough - 0.05f)) : Splat(0);
+    heads *= noise::Saturate(25.0f * rise);
+    return any ? noise::Saturate(1.6f * (body + 1.6f * heads - 0.05f)) : Splat(0);
   }
+
+  // Returns whether one of these places may be within half a step of cumulus.
+  bool Near(Float8 x, Float8 y) const { return Any(Form(x, y) > least_ - 0.15f); }
 
   // Thin streaks, combed along x.
   Float8 StreaksAt(Float8 x, Float8 y) const {
@@ -114,13 +124,14 @@ class Baker {
   Clouds::Layer8 Through(const Vec3x8& d, Float8 angle) const {
     const Float8 z = Max(d.z, 0.004f);
     const Float8 from = DistanceTo(kLow_km, z), to = DistanceTo(kHigh_km, z);
-    // A texel sees a level slice at a glance: it is as wide as `across`, and longer away from us.
-    const Float8 across = angle * from;
-    const Float8 seen_km = across / Sqrt(Max(z, 0.02f));
+    const Float8 seen_km = angle * from;
     // Near the horizon a ray crosses the layer at length, through many clouds. In the last few
-    // degrees it is followed through the lower part of the layer only.
+    // degrees it is followed through the lower part of the layer only. Where clouds are near, its
+    // steps are short: neighbouring rows of texels begin hundreds of metres apart, and with steps
+    // that let a cloud's side be met early or late, clouds had stripes.
     const int steps = Any(z < kLowSky) ? kLowSteps : kSteps;
     const Float8 step = Min((to - from) / static_cast<float>(steps), 0.35f);
+    const Float8 part = step * (1.0f / kParts);
     const Float8 cosine = Inner(d, Vec3x8(light_.sun_direction));
     Float8 forward, wide;
     for (int lane = 0; lane < kLanes; ++lane) {
@@ -130,14 +141,18 @@ class Baker {
     }
     Float8 kept = Splat(1);
     Vec3x8 sum = Vec3x8::Zero();
-    for (int k = 0; k < steps; ++k) {
-      const Float8 inside = step * (static_cast<float>(k) + 0.5f);
+    for (int k = 0; k < steps * kParts && Any(kept > kOpaque); ++k) {
+      const Float8 inside = part * (static_cast<float>(k) + 0.5f);
       const Vec3x8 at = d * (from + inside);
+      if (k % kParts == 0 && !field_.Near(at.x, at.y)) {
+        k += kParts - 1;
+        continue;
+      }
       const Float8 height = inside / (to - from);
       const Float8 density = field_.HeapsAt(at.x, at.y, height, seen_km);
       if (!Any(density > 0.0f)) continue;
-      const Float8 depth = Depth(at, height, seen_km);
-      const Float8 near = 1.0f - Exp(-density * kDensity * step);
+      const Float8 depth = Depth(at, height, Max(seen_km, kShadow_km));
+      const Float8 near = 1.0f - Exp(-density * kDensity * part);
       const Float8 sun =
           forward * Exp(-depth) + wide * 0.85f * Exp(-0.22f * depth) + kMany * Exp(-0.09f * depth);
       const Float8 open = 0.35f + 0.65f * height;
@@ -200,29 +215,6 @@ Vec3x8 DirectionsOf(int x0, int row, int side) {
   return directions;
 }
 
-// The directions turned up by `angle` radians.
-Vec3x8 Raised(const Vec3x8& d, Float8 angle) {
-  const Float8 level = Sqrt(Max(d.x * d.x + d.y * d.y, 1e-8f));
-  const Float8 shrunk = (level - angle * d.z) / level;
-  return {d.x * shrunk, d.y * shrunk, d.z + angle * level};
-}
-
-// The clouds of texels in these directions. Low in the sky neighbouring rows meet a slice of a
-// cloud hundreds of metres apart, so that there each is a mean over its height.
-Clouds::Layer8 BakeTexels(const Baker& baker, const Vec3x8& directions, int side) {
-  constexpr int kParts = 2;
-  const Float8 angle = (1.0f + directions.z) * (2.0f / static_cast<float>(side));
-  if (!Any(directions.z < kLowSky)) return baker.Through(directions, angle);
-  Clouds::Layer8 mean{Vec3x8::Zero(), Splat(0)};
-  for (int part = 0; part < kParts; ++part) {
-    const float at = (static_cast<float>(part) + 0.5f) / kParts - 0.5f;
-    const Clouds::Layer8 one = baker.Through(Raised(directions, angle * at), angle);
-    mean.radiance = mean.radiance + one.radiance * (1.0f / kParts);
-    mean.kept += one.kept * (1.0f / kParts);
-  }
-  return mean;
-}
-
 // Returns the seed of clouds that let most of the sun through: `seed` itself, the first that
 // follows from it, or the clearest of kMostSkies where none does. Without a sun it is `seed`.
 uint64_t SeedWithSun(double cover, uint64_t seed, const CloudLight& light) {
@@ -265,7 +257,9 @@ std::shared_ptr<const Clouds> Clouds::Bake(double cover, uint64_t seed, const Cl
     const int first = std::max(0, static_cast<int>(0.5f * kSide - half) / kLanes * kLanes);
     const int end = std::min(kSide, static_cast<int>(0.5f * kSide + half) + 1);
     for (int x0 = first; x0 < end; x0 += kLanes) {
-      const Layer8 layer = BakeTexels(baker, DirectionsOf(x0, row, kSide), kSide);
+      const Vec3x8 directions = DirectionsOf(x0, row, kSide);
+      const Float8 angle = (1.0f + directions.z) * (2.0f / static_cast<float>(kSide));
+      const Layer8 layer = baker.Through(directions, angle);
       for (int lane = 0; lane < kLanes; ++lane) {
         float* texel = &clouds->texels_[size_t{4} * static_cast<size_t>(row * kSide + x0 + lane)];
         for (int c = 0; c < 3; ++c) texel[c] = layer.radiance.Get(lane)[c];

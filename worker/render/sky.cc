@@ -12,7 +12,9 @@ constexpr float kRadiancePerKilocandela = 0.9f;  // Balances sun and overcast sk
 const Vec3f kExtinction(0.241f, 0.301f, 0.448f);
 // Haze adds this for each unit of turbidity: 0.04608 lambda^-1.3, lambda in micrometres.
 const Vec3f kHazeExtinction(0.0876f, 0.1002f, 0.1247f);
-constexpr float kWhiteHaze = 0.5f;  // Share of the horizon's colour that haze takes.
+constexpr float kPaleHaze = 0.5f;  // Share of the horizon's colour that haze takes.
+// The colour that haze gives the horizon: the model alone leaves it beige in clear air.
+const Vec3f kHazeColor(0.88f, 1.0f, 1.2f);
 constexpr float kVeil = 0.5f, kVeilOfSaidAir = 0.1f;             // Weight of the overcast sky.
 constexpr float kLeastTurbidity = 1.8f, kMostTurbidity = 10.0f;  // The model's range.
 
@@ -190,9 +192,9 @@ Vec3x8 SkyModel::ClearSky(const Vec3x8& directions) const {
                    0.0557f * big_x - 0.2040f + 1.0570f * big_z);
   const Vec3x8 color(Max(rgb.x, 0.0f), Max(rgb.y, 0.0f), Max(rgb.z, 0.0f));
   const Float8 low = (1.0f - up) * (1.0f - up);
-  const Float8 white = kWhiteHaze * low * low * low;
+  const Float8 pale = kPaleHaze * low * low * low;
   const Float8 scale = luminance * (kRadiancePerKilocandela / kZenithRadiance);
-  return (color + (Vec3x8(Vec3f::Ones()) - color) * white) * scale;
+  return (color + (Vec3x8(kHazeColor) - color) * pale) * scale;
 }
 
 Vec3x8 SkyModel::Radiance(const Vec3x8& directions) const {

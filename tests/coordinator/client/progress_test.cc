@@ -203,5 +203,13 @@ TEST(ProgressView, JobsThatNoWorkerTakesAreTold) {
   EXPECT_EQ(waiting(paused, {}), "");
 }
 
+TEST(ProgressView, WorkersThatStartBesideItGetTimeToConnect) {
+  ProgressView view(10);
+  view.Observe(5, WithJobs({{"solve", "READY", 1}}), {});
+  EXPECT_THAT(view.Json()["waiting"], testing::IsEmpty());
+  view.Observe(15, WithJobs({{"solve", "READY", 1}}), {});
+  EXPECT_EQ(view.Json()["waiting"][0], "1 solve job waits: no connected worker does such jobs");
+}
+
 }  // namespace
 }  // namespace parallax::client

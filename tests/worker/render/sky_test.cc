@@ -196,6 +196,34 @@ TEST(Clouds, HaveNoEdgesOfTheTableTheyAreKeptIn) {
   EXPECT_LT(worst, 0.35 * most);
 }
 
+// The sum of second differences of the radiance low in the sky, along `step` from pixel to pixel.
+double Unevenness(const Clouds& clouds, bool upwards) {
+  constexpr float kPixel = 0.002f;  // Radians.
+  double sum = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const float height = 0.13f + 0.15f * static_cast<float>(i % 50) / 50;
+    const float azimuth = 0.078f * static_cast<float>(i) / 50;
+    const auto radiance = [&](float k) {
+      const float up = height + (upwards ? k * kPixel : 0), turn = upwards ? 0 : k * kPixel;
+      const Vec3f d(std::cos(azimuth + turn), std::sin(azimuth + turn), up);
+      return clouds.At(Vec3x8(Vec3f(d.normalized()))).radiance.y[0];
+    };
+    sum += static_cast<double>(std::abs(radiance(-1) - 2 * radiance(0) + radiance(1)));
+  }
+  return sum;
+}
+
+// Clouds low in the sky have no stripes: they change no more from row to row than along a row,
+// except that they are flat below.
+TEST(Clouds, HaveNoStripes) {
+  for (const uint64_t seed : {3, 4, 5}) {
+    const auto clouds = Clouds::Bake(0.5, seed, Noon());
+    const double along = Unevenness(*clouds, false), up = Unevenness(*clouds, true);
+    EXPECT_GT(along, 0);
+    EXPECT_LT(up, 2.2 * along) << seed;
+  }
+}
+
 // The sun shines between the clouds where they leave a gap; where they don't, they hide it, and the
 // light on the ground follows.
 TEST(Clouds, ShowTheSunBetweenThem) {

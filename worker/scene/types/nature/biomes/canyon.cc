@@ -126,8 +126,8 @@ void WriteCanyon(BiomeDraft& draft) {
   w.AddGround({});
   w.AddGround({.patches_m = 9, .cover = rng.Uniform(0.35, 0.65), .soft = 0.2});
   w.AddGround({.slope = {0, 0.5, 0.2}, .patches_m = 23, .cover = 0.25, .soft = 0.15});
-  w.AddGround({.slope = {0.35, 0.9, 0.12}, .deposit_m = {0.7, 1e4, 0.6}});
-  w.AddGround({.slope = {0.68, 99, 0.12}});
+  w.AddGround({.slope = {0.36, 0.9, 0.12}});
+  w.AddGround({.slope = {0.5, 99, 0.12}});  // Sand and gravel slide off.
   if (rng.Bernoulli(0.35)) AddFormation(w, "arches", "RockArch", 0.00004);
   if (rng.Bernoulli(0.5)) AddFormation(w, "pillars", "RockPillar", 0.00012);
   AddRubble(w, rng.Uniform(0.5, 1.1), {.slope = {0, 1.1, 0.2}});

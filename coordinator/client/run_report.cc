@@ -14,6 +14,21 @@ double CoreSecondsAPair(const RunReport& report) {
              : 0;
 }
 
+// Pairs have a rate of their own only where all of the run's time went into them.
+bool MadePairsOnly(const RunReport& report) {
+  return report.trainings == 0 && report.evaluations == 0;
+}
+
+std::string RenderedText(const RunReport& report) {
+  const std::string pairs = Plural(report.pairs_rendered, "pair");
+  if (!MadePairsOnly(report)) return pairs;
+  const double per_hour = report.elapsed_s > 0
+                              ? 3600 * static_cast<double>(report.pairs_rendered) / report.elapsed_s
+                              : 0;
+  return pairs + ", " + FormatNumber(CoreSecondsAPair(report)) + " core-seconds a pair, " +
+         FormatNumber(per_hour) + " pairs/h";
+}
+
 std::string Headline(const Terminal& terminal, const RunReport& report, const PairCounts& counts) {
   if (report.study.state() != v1::STUDY_STATE_SUCCEEDED) {
     return terminal.Paint(Tone::kBad, "failed") + ": " + FormatCount(counts.done) + " of " +
@@ -38,12 +53,7 @@ void PrintRunReport(const Terminal& terminal, const RunReport& report) {
   out << terminal.Paint(Tone::kBold, report.study.name()) << " "
       << Headline(terminal, report, counts) << "\n";
   if (report.pairs_rendered > 0) {
-    const double per_hour =
-        report.elapsed_s > 0 ? 3600 * static_cast<double>(report.pairs_rendered) / report.elapsed_s
-                             : 0;
-    line("rendered", Plural(report.pairs_rendered, "pair") + ", " +
-                         FormatNumber(CoreSecondsAPair(report)) + " core-seconds a pair, " +
-                         FormatNumber(per_hour) + " pairs/h");
+    line("rendered", RenderedText(report));
     if (const int64_t kept = counts.done - report.pairs_rendered; kept > 0) {
       line("kept", Plural(kept, "pair") + " of before");
     }
@@ -90,7 +100,8 @@ nlohmann::ordered_json RunReportJson(const RunReport& report) {
   json["frames_in_dataset"] = report.frames_in_dataset;
   json["elapsed_s"] = report.elapsed_s;
   json["core_seconds"] = report.core_seconds;
-  json["core_seconds_per_pair"] = CoreSecondsAPair(report);
+  json["core_seconds_per_pair"] =
+      MadePairsOnly(report) ? nlohmann::ordered_json(CoreSecondsAPair(report)) : nullptr;
   json["worker_crashes"] = report.worker_crashes;
   json["dataset"] = report.out_dir;
   json["contact_sheet"] = path(report.contact_sheet);

@@ -110,6 +110,18 @@ TEST(RunReport, TellsWhatWasMadeAndAtWhatCost) {
   EXPECT_EQ(json["state"], "succeeded");
 }
 
+// The time of networks is no time of pairs.
+TEST(RunReport, GivesPairsNoRateWhereNetworksWereTrained) {
+  RunReport report = Report(6);
+  report.trainings = 9;
+  const std::string text = TextOf(report);
+  EXPECT_THAT(text, HasSubstr("6 pairs\n"));
+  EXPECT_THAT(text, HasSubstr("9 trainings in /out/training"));
+  EXPECT_THAT(text, Not(HasSubstr("core-seconds")));
+  EXPECT_EQ(RunReportJson(report)["core_seconds_per_pair"], nullptr);
+  EXPECT_EQ(RunReportJson(report)["core_seconds"], 120);
+}
+
 TEST(RunReport, SaysThatThereWasNothingToDo) {
   const std::string text = TextOf(Report(0));
   EXPECT_THAT(text, HasSubstr("nothing to render: all 8 pairs were there already"));

@@ -81,10 +81,15 @@ void ProgressView::NoteWaiting(const v1::ListWorkersReply& workers) {
   }
 }
 
+std::optional<double> ProgressView::SecondsToPairs() const {
+  const PairCounts counts = CountsOf(study_);
+  return rate_.SecondsFor(static_cast<double>(counts.wanted - counts.done));
+}
+
 std::optional<double> ProgressView::SecondsLeft() const {
   const PairCounts counts = CountsOf(study_);
   if (counts.done < counts.wanted) {
-    return rate_.SecondsFor(static_cast<double>(counts.wanted - counts.done));
+    return HasOtherJobs(study_) ? std::nullopt : SecondsToPairs();
   }
   for (const char* state : {"READY", "BLOCKED", "RETRY_WAIT"}) {
     if (JobsInState(study_, state) > 0) return std::nullopt;
@@ -225,6 +230,14 @@ std::vector<std::string> ProgressView::Lines(const Terminal& terminal) const {
   return lines;
 }
 
+std::string ProgressView::EtaText() const {
+  const auto left_s = SecondsLeft();
+  const auto to_pairs_s = SecondsToPairs();
+  const PairCounts counts = CountsOf(study_);
+  if (left_s || !to_pairs_s || counts.done >= counts.wanted) return FormatEta(left_s);
+  return "pairs in " + FormatDuration(std::ceil(*to_pairs_s));
+}
+
 std::string ProgressView::PlainLine() const {
   const PairCounts counts = CountsOf(study_);
   const double wanted = static_cast<double>(counts.wanted);
@@ -234,7 +247,7 @@ std::string ProgressView::PlainLine() const {
                      FormatPercent(done, wanted) + ")";
   if (const auto rate = rate_.PerSecond()) {
     line += "  " + FormatRate(rate);
-    if (!IsFinished(study_.state())) line += "  " + FormatEta(SecondsLeft());
+    if (!IsFinished(study_.state())) line += "  " + EtaText();
   }
   if (study_.state() != v1::STUDY_STATE_RUNNING) line += "  " + StateName(study_.state());
   if (const std::string jobs = JobsLine(); !jobs.empty()) line += "  " + jobs;

@@ -50,7 +50,9 @@ class ProgressView {
   std::string JobsLine() const;
   std::vector<std::string> LinesBelow(const Terminal& terminal) const;  // The bars.
   void NoteWaiting(const v1::ListWorkersReply& workers);
-  // Seconds until the study ends; absent if unknown.
+  std::string EtaText() const;  // Of the study or, if that is unknown, of its pairs.
+  std::optional<double> SecondsToPairs() const;
+  // Seconds until the study ends; absent if unknown, as the time of trainings is.
   std::optional<double> SecondsLeft() const;
 
   const double workers_come_s_;

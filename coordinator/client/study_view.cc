@@ -95,6 +95,19 @@ std::vector<std::string> OtherJobLines(const v1::StudyStatus& study) {
   return lines;
 }
 
+bool HasOtherJobs(const v1::StudyStatus& study) {
+  const KindRegistry& kinds = KindRegistry::Builtin();
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    if (kinds.at(i).traits().of_scene) continue;
+    for (const v1::VariantStatus& variant : study.variants()) {
+      for (const char* state : {"BLOCKED", "READY", "RETRY_WAIT", "LEASED"}) {
+        if (JobsInState(variant, state, kinds.at(i).name()) > 0) return true;
+      }
+    }
+  }
+  return false;
+}
+
 std::vector<std::string> LimitLines(const v1::StudyStatus& study) {
   if (IsFinished(study.state())) return {};
   std::vector<std::string> lines;

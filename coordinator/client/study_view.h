@@ -29,6 +29,8 @@ PairCounts CountsOf(const v1::StudyStatus& study);
 // Returns a line for each kind of job without scenes that the study has: "train: 2 done, 1 running,
 // 3 to come".
 std::vector<std::string> OtherJobLines(const v1::StudyStatus& study);
+// Returns whether jobs without scenes, such as trainings, run or are to come.
+bool HasOtherJobs(const v1::StudyStatus& study);
 // Returns lines with the limit of an unfinished study and the limit that holds it back now.
 std::vector<std::string> LimitLines(const v1::StudyStatus& study);
 

@@ -193,7 +193,8 @@ void WritePairs(const StatusSnapshot& snapshot, Writer& out) {
   each("pairs_wanted", [](const v1::VariantStatus& variant) { return variant.pairs_wanted(); });
   out.One("pairs_per_hour", "gauge", "Rate of publication over the last minutes.",
           snapshot.pairs_per_hour);
-  out.Head("study_eta_seconds", "gauge", "Until a running study ends, at its present rate.");
+  out.Head("study_eta_seconds", "gauge",
+           "Until the pairs of a running study are there, at its present rate.");
   for (const v1::StudyStatus& study : snapshot.studies) {
     const auto eta = snapshot.eta_s.find(study.study_id());
     if (eta == snapshot.eta_s.end()) continue;

@@ -56,9 +56,10 @@ std::string LockText(const v1::StudySpec& study) {
   return VersionLine() + "\n" + StudyToYaml(study);
 }
 
-// The lines of a lock file that determine its frames: more pairs may be added to an archive, its
-// filters and sensors may change, and its inputs may move.
-std::vector<std::string> LinesAboutFrames(v1::StudySpec study) {
+// The lines of a lock file that determine what is in the archive: more pairs and more seeds of
+// trainings may be added to it, its filters and sensors may change, and its inputs may move.
+std::vector<std::string> LinesThatMustStay(v1::StudySpec study) {
+  if (study.has_train()) study.mutable_train()->clear_seeds();
   for (v1::VariantSpec& variant : *study.mutable_variants()) {
     *variant.mutable_config() = FieldsOf(variant.config(), [](v1::FieldRule::Stage stage) {
       return stage != v1::FieldRule::FINISH && stage != v1::FieldRule::SENSOR &&
@@ -96,8 +97,8 @@ absl::Status CheckSameStudy(const std::string& path, const v1::StudySpec& study)
         path, version, VersionLine());
   }
   ASSIGN_OR_RETURN(v1::StudySpec locked, ParseStudy(*present, path));
-  const std::vector<std::string> there = LinesAboutFrames(std::move(locked));
-  const std::vector<std::string> here = LinesAboutFrames(study);
+  const std::vector<std::string> there = LinesThatMustStay(std::move(locked));
+  const std::vector<std::string> here = LinesThatMustStay(study);
   for (size_t i = 0; i < std::max(there.size(), here.size()); ++i) {
     const std::string old_line = i < there.size() ? there[i] : "(end)";
     const std::string new_line = i < here.size() ? here[i] : "(end)";

@@ -43,9 +43,10 @@ class ArchiveWriter {
 
   // Makes the folder, writes study.yaml and study.lock.yaml and reads the index files of an earlier
   // run; its frames get the verdicts of this study's filters. Errors: kFailedPrecondition when the
-  // folder belongs to another study (its lock file differs in more than `pairs` and filters) or to
-  // other versions of the stages, naming the first line that differs, and when a frame's statistics
-  // lack a number that a filter needs; kPermissionDenied and kResourceExhausted from the disk.
+  // folder belongs to another study (its lock file differs in more than `pairs`, `train.seeds` and
+  // filters) or to other versions of the stages, naming the first line that differs, and when a
+  // frame's statistics lack a number that a filter needs; kPermissionDenied and kResourceExhausted
+  // from the disk.
   static absl::StatusOr<std::unique_ptr<ArchiveWriter>> Open(const std::string& out_dir,
                                                              const v1::StudySpec& study);
   virtual ~ArchiveWriter() = default;

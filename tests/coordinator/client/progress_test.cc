@@ -181,6 +181,20 @@ TEST(ProgressView, NobodyKnowsHowLongJobsThatAreToComeTake) {
   EXPECT_THAT(view.PlainLine(), testing::Not(testing::HasSubstr("ETA")));
 }
 
+TEST(ProgressView, PairsDoNotEndAStudyThatTrains) {
+  ProgressView view;
+  v1::StudyStatus study = TwoVariants(20, 0, 10);
+  v1::JobCount* count = study.mutable_variants(0)->add_jobs();
+  count->set_kind("train");
+  count->set_state("BLOCKED");
+  count->set_jobs(2);
+  view.Observe(0, study, {});
+  study.mutable_variants(1)->set_pairs_done(15);
+  view.Observe(100, study, {});
+  EXPECT_EQ(view.Json()["eta_s"], nullptr);
+  EXPECT_THAT(view.PlainLine(), testing::HasSubstr("180 pairs/h  pairs in 1:40"));
+}
+
 TEST(ProgressView, JobsThatNoWorkerTakesAreTold) {
   const auto waiting = [](const v1::StudyStatus& study, const v1::ListWorkersReply& workers,
                           const v1::ListJobsReply& leased = {}) {

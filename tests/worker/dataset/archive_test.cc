@@ -254,6 +254,22 @@ TEST_F(ArchiveTest, AnotherStudysFolderIsRefusedButMorePairsAreWelcome) {
                 "choose another folder");
 }
 
+TEST_F(ArchiveTest, MoreSeedsOfTrainingsAreWelcomeButNotOtherTrainings) {
+  study_.mutable_train()->set_seeds(3);
+  study_.mutable_train()->set_steps(400);
+  const absl::StatusOr<v1::StudySpec> complete = ParseStudy(StudyToYaml(study_), "study.yaml");
+  ASSERT_TRUE(complete.ok()) << complete.status();
+  study_ = *complete;
+  ASSERT_NE(Open(), nullptr);
+  study_.mutable_train()->set_seeds(5);
+  ASSERT_NE(Open(), nullptr);
+  study_.mutable_train()->set_steps(800);
+  const absl::Status status = ArchiveWriter::Open(out_, study_).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()),
+              HasSubstr("(there \"steps: 400\", now \"steps: 800\")"));
+}
+
 TEST_F(ArchiveTest, PicturesMayMoveButNotChange) {
   v1::MaterialConfig& materials =
       *study_.mutable_variants(0)->mutable_config()->mutable_materials();

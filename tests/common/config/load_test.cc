@@ -290,10 +290,11 @@ TEST(VariantBase, IsReadBeforeSetWhereverItStands) {
 TEST(LoadStudy, AMissingFileIsToldWithTheBuiltInNames) {
   const absl::Status status = LoadStudy("no/such.yaml").status();
   EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(std::string(status.message()),
-            "no/such.yaml: no such file, allowed is a path or a built-in name: baseline, cameras, "
-            "controls, cost, curation, depth, landscapes, mix, network, profiles, quickstart, scaling, "
-            "sensor, sequences, table1, table1-small, wmg150k, wmg150k-500th");
+  EXPECT_EQ(
+      std::string(status.message()),
+      "no/such.yaml: no such file, allowed is a path or a built-in name: baseline, cameras, "
+      "controls, cost, curation, depth, landscapes, mix, network, profiles, quickstart, scaling, "
+      "sensor, sequences, table1, table1-small, wmg150k, wmg150k-500th");
 }
 
 TEST(ValidateStudy, TellsWhatAMessageBreaks) {

@@ -77,7 +77,7 @@ class EmbeddedRun {
   std::unique_ptr<WorkerPool> pool_;
   InterruptScope interrupts_;
   ProgressDisplay display_;
-  ProgressView view_{10};  // Its workers connect within seconds.
+  ProgressView view_{/*workers_come_s=*/10};
   std::string page_link_;
   int64_t study_id_ = 0;
   int64_t fresh_before_ = 0;  // Pairs rendered for this study by earlier runs.

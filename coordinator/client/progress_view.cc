@@ -83,6 +83,7 @@ void ProgressView::NoteWaiting(const v1::ListWorkersReply& workers) {
 
 std::optional<double> ProgressView::SecondsToPairs() const {
   const PairCounts counts = CountsOf(study_);
+  if (counts.done >= counts.wanted) return std::nullopt;
   return rate_.SecondsFor(static_cast<double>(counts.wanted - counts.done));
 }
 
@@ -233,8 +234,7 @@ std::vector<std::string> ProgressView::Lines(const Terminal& terminal) const {
 std::string ProgressView::EtaText() const {
   const auto left_s = SecondsLeft();
   const auto to_pairs_s = SecondsToPairs();
-  const PairCounts counts = CountsOf(study_);
-  if (left_s || !to_pairs_s || counts.done >= counts.wanted) return FormatEta(left_s);
+  if (left_s || !to_pairs_s) return FormatEta(left_s);
   return "pairs in " + FormatDuration(std::ceil(*to_pairs_s));
 }
 

@@ -21,8 +21,8 @@ std::string DescribeProgress(const v1::JobStatus& job);
 
 class ProgressView {
  public:
-  // `workers_come_s`: for so long after the first observation, jobs that no worker takes are not
-  // noted, because workers that start beside the client are still to connect.
+  // Notes no job without a worker in the first `workers_come_s` seconds of observation, in which
+  // the workers that start beside the client connect.
   explicit ProgressView(double workers_come_s = 0) : workers_come_s_(workers_come_s) {}
 
   // Adds an observation. `time_s` is the time of any steady clock and must not decrease. `leased`
@@ -50,9 +50,11 @@ class ProgressView {
   std::string JobsLine() const;
   std::vector<std::string> LinesBelow(const Terminal& terminal) const;  // The bars.
   void NoteWaiting(const v1::ListWorkersReply& workers);
-  std::string EtaText() const;  // Of the study or, if that is unknown, of its pairs.
+  // Returns the time left to the study's end or, if that is unknown, to its last pair.
+  std::string EtaText() const;
+  // Returns the seconds until all pairs are there; absent if they are, or if the rate is unknown.
   std::optional<double> SecondsToPairs() const;
-  // Seconds until the study ends; absent if unknown, as the time of trainings is.
+  // Returns the seconds until the study ends; absent if unknown, as the time of trainings is.
   std::optional<double> SecondsLeft() const;
 
   const double workers_come_s_;

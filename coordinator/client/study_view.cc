@@ -14,6 +14,16 @@ namespace parallax::client {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+int64_t JobsIn(const v1::StudyStatus& study, std::string_view kind,
+               std::initializer_list<const char*> states) {
+  int64_t jobs = 0;
+  for (const v1::VariantStatus& variant : study.variants()) {
+    for (const char* state : states) jobs += JobsInState(variant, state, kind);
+  }
+  return jobs;
+}
+
 // "solve_jobs": {"ready": 2}, for each kind of this release and each that the coordinator has.
 void AddJobs(const v1::VariantStatus& variant, Json& json) {
   for (const std::string& kind : KindRegistry::Builtin().Names()) {
@@ -74,11 +84,7 @@ std::vector<std::string> OtherJobLines(const v1::StudyStatus& study) {
   for (size_t i = 0; i < kinds.size(); ++i) {
     if (kinds.at(i).traits().of_scene) continue;
     const auto count = [&](std::initializer_list<const char*> states) {
-      int64_t jobs = 0;
-      for (const v1::VariantStatus& variant : study.variants()) {
-        for (const char* state : states) jobs += JobsInState(variant, state, kinds.at(i).name());
-      }
-      return jobs;
+      return JobsIn(study, kinds.at(i).name(), states);
     };
     std::string line;
     const auto add = [&line](int64_t jobs, const char* what) {
@@ -99,10 +105,8 @@ bool HasOtherJobs(const v1::StudyStatus& study) {
   const KindRegistry& kinds = KindRegistry::Builtin();
   for (size_t i = 0; i < kinds.size(); ++i) {
     if (kinds.at(i).traits().of_scene) continue;
-    for (const v1::VariantStatus& variant : study.variants()) {
-      for (const char* state : {"BLOCKED", "READY", "RETRY_WAIT", "LEASED"}) {
-        if (JobsInState(variant, state, kinds.at(i).name()) > 0) return true;
-      }
+    if (JobsIn(study, kinds.at(i).name(), {"BLOCKED", "READY", "RETRY_WAIT", "LEASED"}) > 0) {
+      return true;
     }
   }
   return false;

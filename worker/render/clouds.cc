@@ -17,9 +17,9 @@ constexpr float kHeap_km = 2.6f;    // Size of cumulus and gaps.
 constexpr float kDensity = 22.0f;   // Extinction inside, 1/km.
 constexpr float kReach_km = 22.0f;  // Farther clouds fade into haze.
 constexpr int kSteps = 12, kLowSteps = 48, kLightSteps = 4;
-constexpr int kParts = 4;            // Of a step, where clouds are near.
-constexpr float kOpaque = 0.01f;     // So little light from behind is not followed further.
-constexpr float kShadow_km = 0.12f;  // Finer detail casts no shadow.
+constexpr int kParts = 4;            // Number of parts of a step that is near a cloud.
+constexpr float kOpaque = 0.01f;     // A ray ends where less than this share of light passes.
+constexpr float kShadow_km = 0.12f;  // Detail finer than this casts no shadow.
 constexpr float kLowSky = 0.3f;      // Sine of an elevation.
 // Light that was scattered many times, alike in every direction: with it, a cloud in full sun is
 // nearly as bright as a white board, and its base as what passes through that much cloud.
@@ -70,8 +70,8 @@ class Field {
     if (!Any(any)) return Splat(0);
     const Float8 top = Sqrt(rise * Sqrt(rise)) * 1.3f;
     const Float8 body = Min(height / 0.08f, (top - height) / 0.35f);
-    // Round heads with creases between them, as on a cauliflower; where the cloud ends it has none,
-    // or they would be cut off by a wall.
+    // Round heads with creases between them, as on a cauliflower. They fade towards the edge of the
+    // cloud, which would else cut them off as a wall does.
     const Vec3x8 at(x, y, height * (kHigh_km - kLow_km));
     Float8 heads = Splat(0);
     float size = 0.42f, part = 0.55f;
@@ -87,7 +87,7 @@ class Field {
     return any ? noise::Saturate(1.6f * (body + 1.6f * heads - 0.05f)) : Splat(0);
   }
 
-  // Returns whether one of these places may be within half a step of cumulus.
+  // Returns whether cumulus may lie within half a step of one of these places.
   bool Near(Float8 x, Float8 y) const { return Any(Form(x, y) > least_ - 0.15f); }
 
   // Thin streaks, combed along x.
@@ -142,12 +142,15 @@ class Baker {
     Float8 kept = Splat(1);
     Vec3x8 sum = Vec3x8::Zero();
     for (int k = 0; k < steps * kParts && Any(kept > kOpaque); ++k) {
+      if (k % kParts == 0) {  // A step begins; it is passed over if no cloud is near its middle.
+        const Vec3x8 middle = d * (from + part * static_cast<float>(k + kParts / 2));
+        if (!field_.Near(middle.x, middle.y)) {
+          k += kParts - 1;
+          continue;
+        }
+      }
       const Float8 inside = part * (static_cast<float>(k) + 0.5f);
       const Vec3x8 at = d * (from + inside);
-      if (k % kParts == 0 && !field_.Near(at.x, at.y)) {
-        k += kParts - 1;
-        continue;
-      }
       const Float8 height = inside / (to - from);
       const Float8 density = field_.HeapsAt(at.x, at.y, height, seen_km);
       if (!Any(density > 0.0f)) continue;

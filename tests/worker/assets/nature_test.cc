@@ -80,7 +80,7 @@ TEST(Trees, HaveTheTrianglesThatTheirLevelPromises) {
   };
   for (const Kind& kind : AllKinds()) {
     for (const Range& range :
-         {Range{PlantDetail::kNear, 60'000, 180'000}, Range{PlantDetail::kMid, 15'000, 40'000},
+         {Range{PlantDetail::kNear, 60'000, 150'000}, Range{PlantDetail::kMid, 15'000, 40'000},
           Range{PlantDetail::kFar, 3'000, 8'000}, Range{PlantDetail::kShell, 200, 600}}) {
       const Mesh mesh = TreeAt(range.detail, kind.conifer, kind.species, 3);
       EXPECT_GE(mesh.triangles.size(), range.least)

@@ -49,7 +49,7 @@ void ExpectSize(const Mesh& mesh, const SizeRange& range) {
 // things.
 size_t Budget(const AssetClass& c) {
   if (c.family == "plants") return 100'000;
-  if (c.family == "trees") return 180'000;
+  if (c.family == "trees") return 150'000;
   const std::set<std::string> large{"Bed", "KitchenSpace", "NatureShelfTrinkets", "Sofa"};
   return large.contains(c.name) ? 60'000 : 40'000;
 }

@@ -9,7 +9,7 @@ namespace parallax {
 
 // Levels of detail; counts are the triangles of a tree.
 enum class PlantDetail {
-  kNear,   // All leaves, twigs modelled: trees 60,000 to 180,000 triangles.
+  kNear,   // All leaves, twigs modelled: trees 60,000 to 150,000 triangles.
   kMid,    // 15,000 to 40,000.
   kFar,    // 3,000 to 8,000.
   kShell,  // 200 to 600: folded sheets as large as boughs.

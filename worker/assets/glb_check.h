@@ -1,5 +1,5 @@
-// What a .glb (binary glTF 2.0) says about itself, checked before the importer reads it: the
-// importer trusts counts, ranges and indices. Thread-safe.
+// Checks of a .glb (binary glTF 2.0) before the importer reads it, which trusts the file's counts,
+// ranges and indices. Thread-safe.
 #pragma once
 
 #include <string>

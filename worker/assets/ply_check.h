@@ -1,5 +1,5 @@
-// What a .ply says about itself, checked before the importer reads it: the importer trusts counts
-// and indices. Pure; thread-safe.
+// Checks of a .ply before the importer reads it, which trusts the file's counts and indices. Pure;
+// thread-safe.
 #pragma once
 
 #include <string_view>

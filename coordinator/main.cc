@@ -1,13 +1,17 @@
 // The program `coordinator`: serve, init, check, backup.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <string>
+#include <vector>
 
 #include "common/base/log.h"
 #include "common/base/status.h"
 #include "common/base/version.h"
 #include "common/store/store.h"
 #include "coordinator/init.h"
+#include "coordinator/nearest_name.h"
 #include "coordinator/queue/database_tools.h"
 #include "coordinator/rpc/output_check.h"
 #include "coordinator/serve.h"
@@ -211,6 +215,22 @@ int End(const ProgramError& error) {
   return error.exit;
 }
 
+// The error with a hint: CLI11 only says that a command is missing where one was mistyped.
+std::string ExplainUsage(const CLI::ParseError& error, const CLI::App& app, int argc, char** argv) {
+  std::vector<std::string> commands;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    commands.push_back(command->get_name());
+  }
+  const std::string typed = argc > 1 ? argv[1] : "";
+  if (typed.empty() || typed[0] == '-' ||
+      std::find(commands.begin(), commands.end(), typed) != commands.end()) {
+    return std::string(error.what()) + " (see coordinator --help)";
+  }
+  const std::string near = NearestOf(commands, typed);
+  return "there is no command '" + typed + "'; " +
+         (near.empty() ? "see `coordinator --help`" : "did you mean `coordinator " + near + "`?");
+}
+
 int Main(int argc, char** argv) {
   CommandLine line;
   CLI::App app(
@@ -234,7 +254,7 @@ int Main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::cerr << "coordinator: " << error.what() << " (see coordinator --help)" << std::endl;
+    std::cerr << "coordinator: " << ExplainUsage(error, app, argc, argv) << std::endl;
     return kExitUsage;
   }
   const auto level = ParseLogLevel(line.log_level);

@@ -7,7 +7,9 @@
 
 #include <cerrno>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
+#include <string_view>
 
 #include "common/base/log.h"
 #include "common/base/version.h"
@@ -115,6 +117,17 @@ HttpServerOptions HttpOptionsOf(const ServeOptions& options, const RpcSecurity& 
   return http;
 }
 
+// Returns whether `path` is a file with content that does not begin as a database does.
+bool IsOtherFile(const std::string& path) {
+  constexpr std::string_view kMagic{"SQLite format 3\0", 16};
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return false;
+  std::ifstream file(path, std::ios::binary);
+  std::string begin(kMagic.size(), '\0');
+  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  return file.gcount() > 0 && begin != kMagic;
+}
+
 // Says on standard output where it listens: who started it waits for these lines.
 void Announce(const CoordinatorServer& server, const HttpServer* http) {
   for (const std::string& address : server.addresses()) {
@@ -130,6 +143,11 @@ ProgramError CheckDatabasePlace(const std::string& db) {
   const std::string folder = fs::absolute(db).parent_path().string();
   if (access(folder.c_str(), F_OK) != 0) {
     return {ErrnoError(errno, "database folder " + folder), kExitDatabaseUnwritable};
+  }
+  // Looked at first: beside somebody's other file no lock file is left.
+  if (IsOtherFile(db)) {
+    return {DataLoss("{}: does not begin as a database does: another file, or damaged", db),
+            kExitDatabaseDamaged};
   }
   // Opening tells more than permission bits: root may do anything but write to a read-only disk.
   const std::string lock = db + ".lock";

@@ -35,8 +35,9 @@ struct ProgramError {
   CoordinatorExit exit = kExitFailed;
 };
 
-// Checks that a database at path `db` can be opened: its folder must exist and be writable, and no
-// other coordinator may have it open. The status is OK if no problem was found.
+// Checks that a database at path `db` can be opened: its folder must exist and be writable, a file
+// that is there must be a database, and no other coordinator may have it open. The status is OK if
+// no problem was found. Leaves a lock file beside the database, but not beside another file.
 ProgramError CheckDatabasePlace(const std::string& db);
 // Explains an error of JobQueue::Open for which CheckDatabasePlace found no problem.
 ProgramError ExplainOpenError(const absl::Status& status, const std::string& db);

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "worker/agent/worker_program.h"
+#include "worker/jobs/ability_tags.h"
 #include "worker/jobs/jobs.h"
 #include "worker/materials/user_picture.h"
 
@@ -12,7 +13,7 @@ int main(int argc, char** argv) {
   const auto options = std::make_shared<parallax::JobOptions>();
   return parallax::RunWorkerProgram(
       argc, argv, parallax::MakeJobHandlers(options),
-      [&](const parallax::WorkerSettings& settings) -> absl::Status {
+      [&](const parallax::WorkerSettings& settings) -> absl::StatusOr<std::vector<std::string>> {
         threads = std::make_unique<tbb::global_control>(
             tbb::global_control::max_allowed_parallelism, static_cast<size_t>(settings.threads));
         parallax::SetPictureRoot(settings.picture_root);
@@ -26,6 +27,6 @@ int main(int argc, char** argv) {
         options->benchmarks_dir = settings.benchmarks_dir;
         ASSIGN_OR_RETURN(options->trainers, parallax::InstalledTrainers::Load(
                                                 settings.allowed_trainers, settings.trainers_dir));
-        return absl::OkStatus();
+        return parallax::AbilityTagsOf(*options);
       });
 }

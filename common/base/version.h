@@ -19,10 +19,10 @@ namespace parallax {
 //   train    networks: worker/train
 //   evaluate scores: worker/evaluate
 inline constexpr char kLayoutVersion[] = "24";
-inline constexpr char kSceneVersion[] = "24";
-inline constexpr char kFrameVersion[] = "25";
+inline constexpr char kSceneVersion[] = "25";
+inline constexpr char kFrameVersion[] = "26";
 inline constexpr char kTrainVersion[] = "1";
-inline constexpr char kEvaluateVersion[] = "1";
+inline constexpr char kEvaluateVersion[] = "2";
 
 // The versions as values, so that tests can have others.
 struct StageVersions {

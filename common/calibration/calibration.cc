@@ -13,17 +13,41 @@ constexpr char kFormats[] =
     "allowed are calib.txt of Middlebury or ETH3D, calib_cam_to_cam.txt or calib.txt of KITTI, a "
     "stereo file of OpenCV (YAML, XML), RealSense JSON and a ZED's .conf";
 
+bool Has(std::string_view text, std::string_view word) { return text.find(word) != text.npos; }
+
+// Whether a line begins with `name` and a number, as in "P0: 7.188560e+02 0".
+bool HasNumbersOf(std::string_view text, std::string_view name) {
+  for (size_t at = text.find(name); at != text.npos; at = text.find(name, at + 1)) {
+    if (at > 0 && text[at - 1] != '\n') continue;
+    const size_t value = text.find_first_not_of(" \t", at + name.size());
+    if (value != text.npos && std::string_view("+-.0123456789").find(text[value]) != text.npos) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// Whether the text is XML, JSON or YAML of cv::FileStorage, whose fields may be named like those
+// of other formats. `text` begins without blanks.
+bool IsDocument(std::string_view text) {
+  return text[0] == '<' || text[0] == '{' || text.substr(0, 5) == "%YAML" ||
+         Has(text, "opencv-matrix");
+}
+
 absl::StatusOr<StereoCalibration> Parse(std::string_view text, const std::string& file,
                                         const CalibrationOptions& options) {
-  const auto has = [&](std::string_view word) { return text.find(word) != text.npos; };
-  if (has("[LEFT_CAM_") || has("[STEREO]")) return FromZed(ReadLines(text, file, '='), options);
-  if (has("cam0=") || has("cam0 =")) return FromMiddlebury(ReadLines(text, file, '='), options);
-  if (has("P_rect_0") || has("P0:") || has("P2:")) {
-    return FromKitti(ReadLines(text, file, ':'), options);
-  }
   const size_t first = text.find_first_not_of(" \t\r\n\xef\xbb\xbf");
   if (first == text.npos) {
     return InvalidArgument("{}: empty, {}", file, kFormats);
+  }
+  const auto has = [&](std::string_view word) { return Has(text, word); };
+  if (!IsDocument(text.substr(first))) {
+    if (has("[LEFT_CAM_") || has("[STEREO]")) return FromZed(ReadLines(text, file, '='), options);
+    if (has("cam0=") || has("cam0 =")) return FromMiddlebury(ReadLines(text, file, '='), options);
+    const std::string_view body = text.substr(first);
+    if (has("P_rect_0") || HasNumbersOf(body, "P0:") || HasNumbersOf(body, "P2:")) {
+      return FromKitti(ReadLines(text, file, ':'), options);
+    }
   }
   if (text[first] == '<') {
     ASSIGN_OR_RETURN(const Fields fields, ReadXml(text, file));

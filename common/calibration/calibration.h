@@ -51,7 +51,8 @@ struct CalibrationOptions {
 //                       usual other names; image_width, image_height or imageSize
 //   RealSense           JSON with rs2_intrinsics (width, height, fx, fy, ppx, ppy, model, coeffs)
 //                       of `left` and `right` or `infrared1` and `infrared2`, and rs2_extrinsics
-//                       (rotation, column by column; translation) or a baseline
+//                       (rotation, column by column; translation) or a baseline; of several
+//                       extrinsics those whose name has both streams
 //   ZED                 SN*.conf: [LEFT_CAM_HD], [RIGHT_CAM_HD], [STEREO]
 // `file` is only for messages.
 // Errors: kInvalidArgument, "file:line: field: what was seen, what is allowed".

@@ -1,5 +1,6 @@
 // Files of cameras: RealSense, ZED.
 #include <algorithm>
+#include <array>
 #include <map>
 #include <sstream>
 
@@ -38,6 +39,11 @@ StreamField SplitName(const std::string& name) {
   return split;
 }
 
+// The names of the two cameras' streams, the preferred ones first.
+using StreamNames = std::array<std::string_view, 4>;
+constexpr StreamNames kLeftStreams = {"left", "infrared1", "infra1", "ir1"};
+constexpr StreamNames kRightStreams = {"right", "infrared2", "infra2", "ir2"};
+
 class RealSense {
  public:
   RealSense(const Fields& fields, const CalibrationOptions& options)
@@ -51,13 +57,14 @@ class RealSense {
   Parsed Read() {
     StereoCalibration calibration;
     calibration.format = "realsense";
-    const std::string left = FirstStream({"left", "infrared1", "infra1", "ir1", "depth", ""});
+    std::string left = FirstStream(kLeftStreams);
+    if (left.empty() && names_.count({"depth", "fx"})) left = "depth";
     if (left.empty() && !names_.count({"", "fx"})) {
       return fields_.Error("left.fx",
                            "missing, allowed are the intrinsics of left and right or of "
                            "infrared1 and infrared2");
     }
-    std::string right = FirstStream({"right", "infrared2", "infra2", "ir2"});
+    std::string right = FirstStream(kRightStreams);
     if (right.empty()) right = left;
     calibration.raw.emplace();
     ASSIGN_OR_RETURN((*calibration.raw)[0], ReadEye(left));
@@ -72,9 +79,9 @@ class RealSense {
   }
 
  private:
-  std::string FirstStream(const std::vector<std::string>& streams) const {
-    for (const std::string& stream : streams) {
-      if (names_.count({stream, "fx"})) return stream;
+  std::string FirstStream(const StreamNames& streams) const {
+    for (const std::string_view stream : streams) {
+      if (names_.count({std::string(stream), "fx"})) return std::string(stream);
     }
     return "";
   }
@@ -117,27 +124,81 @@ class RealSense {
     return raw;
   }
 
+  // The names of the fields of one rs2_extrinsics.
+  struct Extrinsics {
+    std::string rotation, translation;  // `rotation` is empty where the file has none.
+  };
+
+  // Returns all rs2_extrinsics by the name of their entry.
+  std::map<std::string, Extrinsics> AllExtrinsics() const {
+    std::map<std::string, Extrinsics> entries;
+    for (const std::string& name : fields_.Names()) {
+      const size_t dot = name.rfind('.');
+      const std::string field = LowerWord(dot == name.npos ? name : name.substr(dot + 1));
+      if (field != "rotation" && field != "translation") continue;
+      Extrinsics& entry = entries[dot == name.npos ? "" : name.substr(0, dot)];
+      (field == "rotation" ? entry.rotation : entry.translation) = name;
+    }
+    std::erase_if(entries, [](const auto& entry) { return entry.second.translation.empty(); });
+    return entries;
+  }
+
+  // Where the first of `streams` stands in an entry's name; npos if none does.
+  static size_t PlaceIn(const std::string& word, const StreamNames& streams) {
+    for (const std::string_view stream : streams) {
+      const size_t at = word.find(stream);
+      if (at != word.npos) return at;
+    }
+    return word.npos;
+  }
+
+  // Returns the extrinsics between the two cameras: the only ones of the file, or those whose name
+  // has both streams, from left to right where the file has both directions.
+  absl::StatusOr<Extrinsics> FindExtrinsics() const {
+    const std::map<std::string, Extrinsics> entries = AllExtrinsics();
+    if (entries.empty()) return Extrinsics();
+    if (entries.size() == 1) return entries.begin()->second;
+    const Extrinsics* found = nullptr;
+    std::string names;
+    for (const auto& [name, extrinsics] : entries) {
+      names += (names.empty() ? "" : ", ") + Quoted(name);
+      const std::string word = LowerWord(name);
+      const size_t left = PlaceIn(word, kLeftStreams), right = PlaceIn(word, kRightStreams);
+      if (left == word.npos || right == word.npos) continue;
+      if (left < right) return extrinsics;
+      found = &extrinsics;
+    }
+    if (found != nullptr) return *found;
+    return fields_.Error(entries.begin()->second.translation,
+                         "extrinsics of several streams (" + names +
+                             "), allowed is one entry, or one whose name has both streams, such "
+                             "as infrared1_to_infrared2");
+  }
+
   // Reads the cameras' poses from rs2_extrinsics of either direction, or from a baseline.
   absl::Status ReadPlaces(StereoCalibration* calibration) const {
-    std::string rotation, translation;
-    for (const auto& [key, name] : names_) {
-      if (key.second == "rotation") rotation = name;
-      if (key.second == "translation") translation = name;
+    ASSIGN_OR_RETURN(const Extrinsics extrinsics, FindExtrinsics());
+    return extrinsics.translation.empty() ? ReadBaseline(calibration)
+                                          : ReadPoses(extrinsics, calibration);
+  }
+
+  absl::Status ReadPoses(const Extrinsics& extrinsics, StereoCalibration* calibration) const {
+    const auto& [rotation, translation] = extrinsics;
+    ASSIGN_OR_RETURN(const std::vector<double> t, fields_.Numbers(translation, 3));
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    if (!rotation.empty()) {
+      ASSIGN_OR_RETURN(const std::vector<double> r, fields_.Numbers(rotation, 9));
+      ASSIGN_OR_RETURN(turn, RotationOf(fields_, rotation, MatrixOf(r).transpose()));
     }
-    if (!translation.empty()) {
-      ASSIGN_OR_RETURN(const std::vector<double> t, fields_.Numbers(translation, 3));
-      Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-      if (!rotation.empty()) {
-        ASSIGN_OR_RETURN(const std::vector<double> r, fields_.Numbers(rotation, 9));
-        ASSIGN_OR_RETURN(turn, RotationOf(fields_, rotation, MatrixOf(r).transpose()));
-      }
-      Eigen::Vector3d place = options_.unit_m.value_or(1) * Eigen::Vector3d(t[0], t[1], t[2]);
-      if (place.x() > 0) {  // From the right camera to the left one.
-        turn = Eigen::Matrix3d(turn.transpose());
-        place = -turn * place;
-      }
-      return Rectify(fields_, translation, turn, place, calibration);
+    Eigen::Vector3d place = options_.unit_m.value_or(1) * Eigen::Vector3d(t[0], t[1], t[2]);
+    if (place.x() > 0) {  // From the right camera to the left one.
+      turn = Eigen::Matrix3d(turn.transpose());
+      place = -turn * place;
     }
+    return Rectify(fields_, translation, turn, place, calibration);
+  }
+
+  absl::Status ReadBaseline(StereoCalibration* calibration) const {
     // The SDK's option "stereo baseline" is in millimetres.
     const struct {
       const char* word;

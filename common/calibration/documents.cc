@@ -11,7 +11,10 @@
 namespace parallax::calibration_internal {
 namespace {
 
-constexpr size_t kMostValues = 10'000;
+// Bound of a document's size, counted as its aliases repeat it: aliases that name each other make
+// few lines stand for any number of values.
+constexpr size_t kMostBytes = 24 << 20;
+constexpr size_t kNodeBytes = 64;  // Counted for each value beside its text.
 constexpr int kDeepest = 16;
 
 // One document's tree, flattened.
@@ -19,8 +22,27 @@ class YamlFlattener {
  public:
   explicit YamlFlattener(Fields* fields) : fields_(fields) {}
 
+  // Errors: kInvalidArgument for a document of more than kMostBytes.
+  absl::Status Flatten(const YAML::Node& root, const std::string& file) {
+    Add(root, "", 0);
+    if (bytes_ <= kMostBytes) return absl::OkStatus();
+    return InvalidArgument("{}: with its aliases written out it has more than {} bytes", file,
+                           kMostBytes);
+  }
+
+ private:
+  // Counts a value and its text. Returns whether the document is small enough so far.
+  bool Count(const YAML::Node& node) {
+    if (bytes_ <= kMostBytes) {
+      bytes_ += kNodeBytes * (1 + (node.IsMap() ? node.size() : 0));
+      bytes_ += node.IsScalar() ? node.Scalar().size() : 0;
+    }
+    return bytes_ <= kMostBytes;
+  }
+
   void Add(const YAML::Node& node, const std::string& name, int depth) {
-    if (depth > kDeepest || ++values_ > kMostValues) return;
+    if (depth > kDeepest || !Count(node)) return;
+    bytes_ += name.size();
     if (node.IsMap()) {
       const YAML::Node rows = node["rows"], data = node["data"];
       if (rows && data && data.IsSequence()) return Add(data, name, depth + 1);
@@ -39,15 +61,15 @@ class YamlFlattener {
     }
   }
 
- private:
   static int LineOf(const YAML::Node& node) {
     return node.Mark().is_null() ? 0 : node.Mark().line + 1;
   }
 
-  // Returns whether the node has only scalars, or lists of them.
-  static bool IsNumbers(const YAML::Node& node, int depth) {
+  // Returns whether the node has only scalars, or lists of them. Counts what it visits.
+  bool IsNumbers(const YAML::Node& node, int depth) {
     if (depth > kDeepest) return false;
     for (const YAML::Node& item : node) {
+      if (!Count(item)) return false;
       if (!item.IsScalar() && !(item.IsSequence() && IsNumbers(item, depth + 1))) return false;
     }
     return true;
@@ -62,7 +84,7 @@ class YamlFlattener {
   }
 
   Fields* fields_;
-  size_t values_ = 0;
+  size_t bytes_ = 0;  // Counted so far.
 };
 
 // Elements right below the root are fields; what stands in an element <data> of theirs is their
@@ -132,7 +154,7 @@ absl::StatusOr<Fields> ReadYaml(std::string_view text, const std::string& file) 
   try {
     const YAML::Node root = YAML::Load(std::string(text));
     Fields fields(file);
-    YamlFlattener(&fields).Add(root, "", 0);
+    RETURN_IF_ERROR(YamlFlattener(&fields).Flatten(root, file));
     return fields;
   } catch (const YAML::Exception& error) {
     const std::string line = error.mark.is_null() ? "" : fmt::format("{}:", error.mark.line + 1);

@@ -30,6 +30,8 @@ std::optional<double> NumberOf(std::string_view text) {
   return value;
 }
 
+bool IsPixels(double value) { return value == std::floor(value) && value >= 1 && value <= 16384; }
+
 }  // namespace
 
 void Fields::Add(const std::string& name, std::string text, int line) {
@@ -88,10 +90,18 @@ absl::StatusOr<double> Fields::NumberOr(const std::string& name, double otherwis
 
 absl::StatusOr<int> Fields::Pixels(const std::string& name) const {
   ASSIGN_OR_RETURN(const double value, Number(name));
-  if (value != std::floor(value) || value < 1 || value > 16384) {
+  if (!IsPixels(value)) {
     return Error(name, Quoted(Text(name)) + ", allowed is a whole number from 1 to 16384");
   }
   return static_cast<int>(value);
+}
+
+absl::StatusOr<std::pair<int, int>> Fields::Size(const std::string& name) const {
+  ASSIGN_OR_RETURN(const std::vector<double> size, Numbers(name, 2));
+  if (!IsPixels(size[0]) || !IsPixels(size[1])) {
+    return Error(name, Quoted(Text(name)) + ", allowed are whole numbers from 1 to 16384");
+  }
+  return std::pair(static_cast<int>(size[0]), static_cast<int>(size[1]));
 }
 
 absl::Status Fields::Error(const std::string& name, std::string_view what) const {

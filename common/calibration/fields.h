@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/base/status.h"
@@ -36,6 +37,8 @@ class Fields {
   // Returns a whole number of pixels. Errors: those of Numbers; kInvalidArgument outside of 1 to
   // 16384.
   absl::StatusOr<int> Pixels(const std::string& name) const;
+  // Returns a picture's width and height. Errors: as Pixels, for either.
+  absl::StatusOr<std::pair<int, int>> Size(const std::string& name) const;
 
   // Makes an error about a field. Errors: always kInvalidArgument "file:line: name: what", with the
   // line of the field if the file has it.
@@ -54,7 +57,8 @@ class Fields {
 // follow. Other lines are skipped. Blanks around names are removed.
 Fields ReadLines(std::string_view text, const std::string& file, char separator);
 // Reads a YAML or JSON document. Names of nested maps are joined by dots; a matrix of
-// cv::FileStorage becomes its numbers. Errors: kInvalidArgument with the line of a syntax error.
+// cv::FileStorage becomes its numbers. Errors: kInvalidArgument with the line of a syntax error;
+// for a document that is larger than 24 MiB when its aliases are written out.
 absl::StatusOr<Fields> ReadYaml(std::string_view text, const std::string& file);
 // Reads XML of cv::FileStorage. Errors: kInvalidArgument with the line of a syntax error.
 absl::StatusOr<Fields> ReadXml(std::string_view text, const std::string& file);

@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <tuple>
 
 #include "common/base/names.h"
 #include "common/calibration/formats.h"
@@ -33,9 +34,7 @@ absl::Status ReadSize(const Fields& fields, StereoCalibration* calibration) {
   const std::string both =
       fields.FirstOf({"imageSize", "image_size", "size", "resolution", "img_size"});
   if (!both.empty()) {
-    ASSIGN_OR_RETURN(const std::vector<double> size, fields.Numbers(both, 2));
-    calibration->width_px = static_cast<int>(size[0]);
-    calibration->height_px = static_cast<int>(size[1]);
+    ASSIGN_OR_RETURN(std::tie(calibration->width_px, calibration->height_px), fields.Size(both));
     return absl::OkStatus();
   }
   const std::string width = fields.FirstOf({"image_width", "width", "LEFT.width"});

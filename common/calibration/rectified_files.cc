@@ -1,4 +1,6 @@
 // Files of datasets: Middlebury, ETH3D, KITTI.
+#include <tuple>
+
 #include "common/base/names.h"
 #include "common/calibration/formats.h"
 
@@ -11,12 +13,10 @@ absl::StatusOr<RawIntrinsics> RawKitti(const Fields& fields, const std::string& 
   ASSIGN_OR_RETURN(const std::vector<double> k, fields.Numbers("K_" + number, 9));
   ASSIGN_OR_RETURN(raw.k, IntrinsicsOf(fields, "K_" + number, k, 3));
   ASSIGN_OR_RETURN(const std::vector<double> d, fields.Numbers("D_" + number, 5));
-  ASSIGN_OR_RETURN(const std::vector<double> size, fields.Numbers("S_" + number, 2));
   ASSIGN_OR_RETURN(const std::vector<double> r, fields.Numbers("R_rect_" + number, 9));
   raw.lens.model = LensDistortion::Model::kBrownConrady;
   std::copy(d.begin(), d.end(), raw.lens.c.begin());
-  raw.width_px = static_cast<int>(size[0]);
-  raw.height_px = static_cast<int>(size[1]);
+  ASSIGN_OR_RETURN(std::tie(raw.width_px, raw.height_px), fields.Size("S_" + number));
   ASSIGN_OR_RETURN(raw.rectified_from_raw, RotationOf(fields, "R_rect_" + number, MatrixOf(r)));
   return raw;
 }
@@ -55,9 +55,8 @@ Parsed FromKitti(const Fields& fields, const CalibrationOptions& options) {
   calibration.baseline_m =
       (p_left[3] - p_right[3]) / calibration.rectified.fx_px * options.unit_m.value_or(1);
   if (projections) return calibration;
-  ASSIGN_OR_RETURN(const std::vector<double> size, fields.Numbers("S_rect_" + left, 2));
-  calibration.width_px = static_cast<int>(size[0]);
-  calibration.height_px = static_cast<int>(size[1]);
+  ASSIGN_OR_RETURN(std::tie(calibration.width_px, calibration.height_px),
+                   fields.Size("S_rect_" + left));
   if (!fields.Has("K_" + left)) return calibration;
   calibration.raw.emplace();
   ASSIGN_OR_RETURN((*calibration.raw)[0], RawKitti(fields, left));

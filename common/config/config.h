@@ -37,6 +37,10 @@ absl::StatusOr<v1::StudySpec> LoadStudy(const std::string& path);
 // folder.
 absl::StatusOr<v1::StudySpec> ParseStudy(std::string_view yaml, const std::string& file_name);
 
+// Returns the line, from 1, at which the text of a study gives the field `path`, such as
+// "train.trainer"; 0 if it does not give it.
+int LineOfField(std::string_view yaml, std::string_view path);
+
 // Checks a study that came as a message rather than as a file. Rules and words are the same, with
 // the field's path in place of file and line: "variants[0].config.rigs.width_px: -5 is out of
 // range, allowed 16 to 8192 px". Config fields that are not set stand for their default. Errors:

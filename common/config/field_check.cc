@@ -60,7 +60,12 @@ std::string WhyNotBelowRoot(const std::string& whole) {
   constexpr char kAllowed[] =
       ", allowed is a folder below the worker's --picture-root, such as posters/large";
   if (text.empty()) return "";  // None wanted.
-  if (text.front() == '/') return Quoted(text) + " is an absolute path" + kAllowed;
+  if (text.front() == '/') {
+    const std::string bare = text.substr(std::min(text.find_first_not_of('/'), text.size()));
+    return Quoted(text) + " is an absolute path" + kAllowed +
+           "; for `parallax run` that root is /" + (bare.empty() ? "" : ": write " + Quoted(bare)) +
+           ", or give any folder of pictures by its --picture-dir";
+  }
   for (size_t begin = 0; begin <= text.size();) {
     const size_t end = std::min(text.find('/', begin), text.size());
     const std::string part = text.substr(begin, end - begin);
@@ -182,9 +187,12 @@ void CheckSensor(const v1::SceneConfig& config, const std::string& path, Finding
     tell("render.keep_hdr",
          "false, but a sensor makes its pictures of what it keeps, allowed is true");
   }
-  if (SupportOf(sensor.defocus_px()).high > 0 &&
-      std::find(maps.begin(), maps.end(), "depth") == maps.end()) {
+  if (std::find(maps.begin(), maps.end(), "depth") != maps.end()) return;
+  if (SupportOf(sensor.defocus_px()).high > 0) {
     tell("render.maps", "without depth, which sensor.defocus_px is worked out from");
+  }
+  if (SupportOf(sensor.exposure_ms()).high > 0) {
+    tell("render.maps", "without depth, which the blur of sensor.exposure_ms is worked out from");
   }
 }
 

@@ -10,7 +10,7 @@
 namespace parallax {
 
 // Version of the stage `sensor`, part of its keys: raise it when equal inputs give other pictures.
-inline constexpr char kSensorVersion[] = "1";
+inline constexpr char kSensorVersion[] = "2";
 
 // Files that RenderConfig.keep_hdr keeps, left and right: linear R G B as half floats with the
 // exposure of the 8-bit pictures (1 is what their tone curve takes for bright), at most kMostLight.

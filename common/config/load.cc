@@ -98,6 +98,12 @@ class StudyLoader {
 
   absl::StatusOr<v1::StudySpec> Load() {
     const std::optional<YAML::Node> root = ParseYaml(yaml_, reader_.file(), errors_);
+    if (root && root->IsNull()) {
+      errors_.Add({reader_.file(), 0, ""},
+                  "nothing, allowed is a map of fields: those of a study (study, pairs, variants) "
+                  "or of a scene config");
+      return errors_.ToStatus();
+    }
     if (root) ReadRoot(*root);
     spec_.set_source_yaml(std::string(yaml_));
     if (root) errors_.AddFindings(CheckStudy(spec_), origins_, reader_.file());
@@ -144,6 +150,10 @@ class StudyLoader {
         ReadPart(node, name, spec_.mutable_train());
       } else if (name == "evaluate") {
         ReadPart(node, name, spec_.mutable_evaluate());
+      } else if (v1::SceneConfig::descriptor()->FindFieldByName(name) != nullptr) {
+        reader_.Error(node, name,
+                      "no field of a study but of its scenes, allowed is variants[].set." + name +
+                          ", or the file that `base` names");
       } else {
         reader_.UnknownField(node, "", name, kKnown);
       }
@@ -366,6 +376,18 @@ absl::StatusOr<v1::StudySpec> LoadStudy(const std::string& path) {
 
 absl::Status ValidateStudy(const v1::StudySpec& study) {
   return config_internal::ToStatus(CheckStudy(study));
+}
+
+int LineOfField(std::string_view yaml, std::string_view path) {
+  ConfigErrors ignored;
+  YAML::Node node = ParseYaml(yaml, "", ignored).value_or(YAML::Node());
+  while (!path.empty()) {
+    const std::string name(path.substr(0, path.find('.')));
+    path.remove_prefix(std::min(name.size() + 1, path.size()));
+    if (!node.IsMap() || !node[name]) return 0;
+    node.reset(YAML::Node(node[name]));
+  }
+  return node.Mark().is_null() ? 0 : node.Mark().line + 1;
 }
 
 std::vector<std::string> BuiltinStudies() { return BuiltinNames("studies/"); }

@@ -30,6 +30,7 @@ class TrainChecker {
       if (!variant.heldout()) variants_.push_back(variant.name());
     }
     CheckHeldout();
+    CheckFolders();
     const size_t before = findings_->size();
     if (given_.has_train()) CheckFields(given_.train(), "train", findings_);
     if (given_.has_evaluate()) CheckFields(given_.evaluate(), "evaluate", findings_);
@@ -108,6 +109,22 @@ class TrainChecker {
                  SeedOf(given_, variant), Quoted(other.name())));
         break;
       }
+    }
+  }
+
+  // Networks and scores lie beside the variants' folders.
+  void CheckFolders() {
+    if (!given_.has_train() && !given_.has_evaluate()) return;
+    for (int i = 0; i < given_.variants_size(); ++i) {
+      const std::string& name = given_.variants(i).name();
+      if (std::find(std::begin(kResultFolders), std::end(kResultFolders), name) ==
+          std::end(kResultFolders)) {
+        continue;
+      }
+      Tell(ItemOf("variants", i) + ".name",
+           Quoted(name) +
+               " is reserved for the results of a study that trains or evaluates, "
+               "allowed is another name");
     }
   }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "parallax/v1/study.pb.h"
@@ -12,6 +13,11 @@ namespace parallax {
 // Name of the variant that `evaluate.heldout_pairs` adds to a study, and of the benchmark made of
 // it. No other variant may have this name.
 inline constexpr char kHeldoutName[] = "heldout";
+
+// Folders that a dataset has beside its variants where networks are trained or scored. No variant
+// of a study with `train` or `evaluate` may have one of these names.
+inline constexpr std::string_view kResultFolders[] = {"training", "scores", "sheets", "curves",
+                                                      "errors"};
 
 // Returns the seed from which a variant's scenes are drawn: its own, or the study's.
 inline uint64_t SeedOf(const v1::StudySpec& study, const v1::VariantSpec& variant) {

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 #include <yaml-cpp/eventhandler.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "common/config/limits.h"
@@ -47,6 +48,30 @@ class DocumentCounter final : public YAML::EventHandler {
   bool empty_ = true;
 };
 
+// Returns the first line, from 1, that is indented with a tab; 0 if there is none.
+int LineWithTab(std::string_view text) {
+  for (int line = 1; !text.empty(); ++line) {
+    const std::string_view row = text.substr(0, text.find('\n'));
+    const size_t begin = row.find_first_not_of(" \t\r");
+    if (begin != std::string_view::npos && row.substr(0, begin).find('\t') != row.npos) return line;
+    text.remove_prefix(std::min(row.size() + 1, text.size()));
+  }
+  return 0;
+}
+
+// yaml-cpp's own words for a tab speak of map values and block entries.
+void AddSyntaxError(const YAML::Exception& error, std::string_view text, const std::string& file,
+                    ConfigErrors& errors) {
+  const int line = error.mark.is_null() ? 0 : error.mark.line + 1;
+  const int tab = LineWithTab(text);
+  if (tab > 0 && (line == 0 || tab <= line)) {
+    errors.Add({file, tab, ""},
+               fmt::format("not YAML: line {} begins with a tab; indent with spaces", tab));
+  } else {
+    errors.Add({file, line, ""}, "not YAML: " + error.msg);
+  }
+}
+
 }  // namespace
 
 std::optional<YAML::Node> ParseYaml(std::string_view text, const std::string& file,
@@ -72,8 +97,7 @@ std::optional<YAML::Node> ParseYaml(std::string_view text, const std::string& fi
     }
     return YAML::Load(std::string(text));
   } catch (const YAML::Exception& error) {
-    errors.Add({file, error.mark.is_null() ? 0 : error.mark.line + 1, ""},
-               "not YAML: " + error.msg);
+    AddSyntaxError(error, text, file, errors);
     return std::nullopt;
   }
 }

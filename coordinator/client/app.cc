@@ -2,7 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 
 #include "common/base/version.h"
 #include "coordinator/client/commands/catalogue.h"
@@ -11,6 +13,7 @@
 #include "coordinator/client/commands/farm.h"
 #include "coordinator/client/help_formatter.h"
 #include "coordinator/client/text.h"
+#include "coordinator/nearest_name.h"
 #include "worker/materials/user_picture.h"
 
 namespace parallax::client {
@@ -44,38 +47,18 @@ std::string NameWithParents(const CLI::App* app) {
                                       : NameWithParents(app->get_parent()) + " " + app->get_name();
 }
 
-// The name nearest to a mistyped one, "" when none is near.
-std::string NearestCommand(const CLI::App* app, const std::string& typed) {
-  const auto distance = [](const std::string& a, const std::string& b) {
-    std::vector<size_t> row(b.size() + 1);
-    for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
-    for (size_t i = 1; i <= a.size(); ++i) {
-      size_t diagonal = row[0]++;
-      for (size_t j = 1; j <= b.size(); ++j) {
-        const size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-        diagonal = row[j];
-        row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
-      }
-    }
-    return row[b.size()];
-  };
-  std::string nearest;
-  size_t best = 3;
+std::vector<std::string> CommandsOf(const CLI::App* app) {
+  std::vector<std::string> names;
   for (const CLI::App* command : app->get_subcommands([](const CLI::App*) { return true; })) {
-    if (const size_t d = distance(typed, command->get_name()); d < best) {
-      best = d;
-      nearest = command->get_name();
-    }
+    names.push_back(command->get_name());
   }
-  return nearest;
+  return names;
 }
 
 std::string CommandNames(const CLI::App* app) {
-  std::string names;
-  for (const CLI::App* command : app->get_subcommands([](const CLI::App*) { return true; })) {
-    names += (names.empty() ? "" : ", ") + command->get_name();
-  }
-  return names;
+  std::string text;
+  for (const std::string& name : CommandsOf(app)) text += (text.empty() ? "" : ", ") + name;
+  return text;
 }
 
 int ReportUsage(const CLI::ParseError& error, const CLI::App& app, const Session& session,
@@ -83,8 +66,7 @@ int ReportUsage(const CLI::ParseError& error, const CLI::App& app, const Session
   const CLI::App* command = DeepestParsed(&app);
   std::string message = FirstLine(error.what());
   std::string hint = "see `" + NameWithParents(command) + " --help`";
-  const bool wants_command =
-      !command->get_subcommands([](const CLI::App*) { return true; }).empty();
+  const bool wants_command = !CommandsOf(command).empty();
   if (wants_command && !arguments.empty() && !arguments.back().empty()) {
     // CLI11 speaks of "arguments not expected" where a command was mistyped.
     const auto typed = std::find_if(arguments.begin(), arguments.end(), [&](const auto& argument) {
@@ -92,7 +74,7 @@ int ReportUsage(const CLI::ParseError& error, const CLI::App& app, const Session
     });
     if (typed != arguments.end()) {
       message = "there is no command '" + *typed + "'";
-      if (const std::string near = NearestCommand(command, *typed); !near.empty()) {
+      if (const std::string near = NearestOf(CommandsOf(command), *typed); !near.empty()) {
         hint = "did you mean `" + NameWithParents(command) + " " + near + "`?";
       }
     }
@@ -145,19 +127,19 @@ int Report(const absl::Status& status, const Session& session) {
   return ExitCodeOf(status);
 }
 
-}  // namespace
+// Returns the program's exit status, which tells of output that did not arrive. Who reads no more
+// of it, such as `head`, knows.
+int EndOutput(int exit_code, const Session& session) {
+  if (session.out().stream->flush()) return exit_code;
+  const int cause = session.out().write_error ? session.out().write_error() : 0;
+  if (cause == EPIPE) return exit_code;
+  session.PrintError(std::string("standard output: ") +
+                     (cause != 0 ? std::strerror(cause) : "can't be written"));
+  return exit_code == kExitOk ? kExitDisk : exit_code;
+}
 
-int RunClient(const std::vector<std::string>& arguments, Environment& environment) {
-  SetPictureRoot("/");  // This program reads what its user may read.
-  CommonOptions options;
-  // Not through CLI11: it would read the variable for every command that has the option, and so
-  // once more after the option of the command given.
-  if (const char* address = std::getenv("PARALLAX_COORDINATOR");
-      address != nullptr && *address != '\0') {
-    options.coordinator = address;
-  }
-  if (const char* dir = std::getenv("PARALLAX_TLS"); dir != nullptr) options.tls_dir = dir;
-  Session session{environment, options};
+int RunChosen(const std::vector<std::string>& arguments, Environment& environment,
+              CommonOptions& options, Session& session) {
   Action chosen;
 
   CLI::App app(kDescription, "parallax");
@@ -188,6 +170,22 @@ int RunClient(const std::vector<std::string>& arguments, Environment& environmen
   const absl::StatusOr<ExitCode> result = chosen(session);
   environment.out.stream->flush();
   return result.ok() ? *result : Report(result.status(), session);
+}
+
+}  // namespace
+
+int RunClient(const std::vector<std::string>& arguments, Environment& environment) {
+  SetPictureRoot("/");  // This program reads what its user may read.
+  CommonOptions options;
+  // Not through CLI11: it would read the variable for every command that has the option, and so
+  // once more after the option of the command given.
+  if (const char* address = std::getenv("PARALLAX_COORDINATOR");
+      address != nullptr && *address != '\0') {
+    options.coordinator = address;
+  }
+  if (const char* dir = std::getenv("PARALLAX_TLS"); dir != nullptr) options.tls_dir = dir;
+  Session session{environment, options};
+  return EndOutput(RunChosen(arguments, environment, options, session), session);
 }
 
 }  // namespace parallax::client

@@ -11,6 +11,7 @@
 #include "coordinator/client/study_options.h"
 #include "coordinator/client/study_view.h"
 #include "coordinator/client/text.h"
+#include "worker/evaluate/benchmark.h"
 
 namespace parallax::client {
 namespace {
@@ -43,6 +44,15 @@ absl::Status CheckDiskError(const std::string& error) {
     if (error.find(cause) != std::string::npos) {
       return ResourceExhausted("{}", error);
     }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckBenchmarksAreHere(const v1::StudySpec& study, const std::string& dir) {
+  for (const std::string& name : study.evaluate().benchmarks()) {
+    if (name == kShippedBenchmark) continue;  // Any worker takes its jobs.
+    const absl::Status opened = OpenBenchmark(name, dir).status();
+    if (!opened.ok()) return WithContext(opened, "evaluate.benchmarks (see --benchmarks)");
   }
   return absl::OkStatus();
 }
@@ -105,6 +115,7 @@ absl::Status EmbeddedRun::StandAlone() {
 }
 
 absl::Status EmbeddedRun::StartWorkers() {
+  RETURN_IF_ERROR(CheckBenchmarksAreHere(options_.study, options_.benchmarks_dir));
   WorkerPoolOptions pool;
   ASSIGN_OR_RETURN(pool.binary, FindWorkerBinary());
   pool.workers = options_.workers;
@@ -211,11 +222,10 @@ absl::Status EmbeddedRun::Step(double now_s) {
   return absl::OkStatus();
 }
 
-void EmbeddedRun::Note(const std::string& variant, uint32_t scene, const std::string& error) {
+void EmbeddedRun::Note(const std::string& place, const std::string& error) {
   // A cause that many jobs have is reported once.
   if (!shown_problems_.insert(error).second) return;
-  display_.Print(fmt::format("{} {} scene {}: {}", environment_.err.Paint(Tone::kWarning, "note:"),
-                             variant, scene, error));
+  display_.Print(environment_.err.Paint(Tone::kWarning, "note:") + " " + place + ": " + error);
 }
 
 absl::Status EmbeddedRun::ShowProblems() {
@@ -228,12 +238,12 @@ absl::Status EmbeddedRun::ShowProblems() {
   ASSIGN_OR_RETURN(const v1::ListJobsReply retries, connection_->ListJobs(waiting));
   for (const v1::JobStatus& job : retries.jobs()) {
     RETURN_IF_ERROR(CheckDiskError(FirstLine(job.error())));
-    Note(job.variant(), job.scene(), FirstLine(job.error()) + "; it will be tried again");
+    Note(PlaceOf(job), FirstLine(job.error()) + "; it will be tried again");
   }
   for (const v1::VariantStatus& variant : view_.study().variants()) {
     for (const v1::JobProblem& problem : variant.problems()) {
       RETURN_IF_ERROR(CheckDiskError(FirstLine(problem.error())));
-      Note(variant.name(), problem.scene(), FirstLine(problem.error()));
+      Note(PlaceOf(variant.name(), problem), FirstLine(problem.error()));
     }
   }
   return absl::OkStatus();

@@ -61,7 +61,7 @@ class EmbeddedRun {
   absl::Status Step(double now_s);
   // Prints notes on failed jobs. Returns an error for one that makes it pointless to go on.
   absl::Status ShowProblems();
-  void Note(const std::string& variant, uint32_t scene, const std::string& error);
+  void Note(const std::string& place, const std::string& error);
   void Drain(bool hurry);
   absl::Status CatchUp(double now_s, bool last);
   // Describes how far a stopped run came and how to continue it.
@@ -84,6 +84,10 @@ class EmbeddedRun {
   double indexed_s_ = 0;      // When index and card were last written.
   std::set<std::string> shown_problems_;
 };
+
+// Checks that the benchmarks of the study's evaluations are in `dir`: jobs of others would wait for
+// ever. Errors: those of OpenBenchmark.
+absl::Status CheckBenchmarksAreHere(const v1::StudySpec& study, const std::string& dir);
 
 // Checks a job's error for causes that neither a retry nor another worker can mend. Errors:
 // kResourceExhausted if the disk is full or cannot be written.

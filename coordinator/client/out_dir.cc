@@ -77,7 +77,32 @@ absl::StatusOr<int> TakeLock(const std::string& path, const std::string& work_di
   return descriptor;
 }
 
+// A study's lock file alone is none: people copy it to run the study again.
+bool IsDataset(const fs::path& dir) {
+  std::error_code error;
+  if (!fs::exists(dir / "study.lock.yaml", error)) return false;
+  if (fs::is_directory(dir / ".parallax", error)) return true;
+  for (const auto& entry : fs::directory_iterator(dir, error)) {
+    if (fs::exists(entry.path() / "index.jsonl", error)) return true;
+  }
+  return false;
+}
+
 }  // namespace
+
+absl::Status CheckNotInDataset(const std::string& path) {
+  std::error_code error;
+  fs::path absolute = fs::weakly_canonical(fs::absolute(path, error), error);
+  if (!absolute.has_filename()) absolute = absolute.parent_path();  // Ended in a slash.
+  if (IsDataset(absolute)) return absl::OkStatus();
+  for (fs::path dir = absolute; dir != dir.parent_path();) {
+    dir = dir.parent_path();
+    if (!IsDataset(dir)) continue;
+    return FailedPrecondition("{} lies in the dataset {} itself: choose another folder", path,
+                              dir.string());
+  }
+  return absl::OkStatus();
+}
 
 bool HoldsForeignFiles(const std::string& path) {
   std::error_code error;
@@ -95,6 +120,7 @@ absl::StatusOr<std::unique_ptr<OutDir>> OutDir::Open(const std::string& path) {
   if (fs::exists(absolute, error) && !fs::is_directory(absolute, error)) {
     return FailedPrecondition("{}: not a folder, so no dataset can be written there", absolute);
   }
+  RETURN_IF_ERROR(CheckNotInDataset(absolute));
   const std::string work_dir = absolute + "/.parallax";
   RETURN_IF_ERROR(MakeFolder(work_dir));
   absl::StatusOr<int> lock = TakeLock(absolute, work_dir);

@@ -22,8 +22,9 @@ inline constexpr int64_t kLeastFreeBytes = 64'000'000;
 class OutDir {
  public:
   // Makes DIR and DIR/.parallax if absent, writes a probe file and takes the lock. Errors:
-  // kFailedPrecondition if another process holds the lock (names its pid) or the path is not a
-  // folder; kPermissionDenied and kResourceExhausted from the disk, naming DIR.
+  // kFailedPrecondition if another process holds the lock (names its pid), the path is not a
+  // folder, or it lies in another dataset; kPermissionDenied and kResourceExhausted from the disk,
+  // naming DIR.
   static absl::StatusOr<std::unique_ptr<OutDir>> Open(const std::string& path);
   ~OutDir();  // Releases the lock.
   OutDir(const OutDir&) = delete;
@@ -47,6 +48,10 @@ class OutDir {
 // Returns whether the folder holds other files than a dataset of ours. False if it is absent or
 // empty.
 bool HoldsForeignFiles(const std::string& path);
+
+// Checks that no folder above `path` holds a dataset, unless `path` is one itself already. Errors:
+// kFailedPrecondition naming that dataset.
+absl::Status CheckNotInDataset(const std::string& path);
 
 // Estimates the bytes that a study's pairs will take on disk, from the size of its images and the
 // maps that it writes.

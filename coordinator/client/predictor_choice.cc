@@ -5,6 +5,8 @@
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <string_view>
 
 #include "common/base/hash.h"
 
@@ -30,9 +32,22 @@ absl::StatusOr<std::string> FindTrainerProgram(const std::string& given) {
       beside);
 }
 
+// The built-in trainer's checkpoints are archives of torch, which are ZIP files.
+absl::Status CheckIsCheckpoint(const std::string& path) {
+  constexpr std::string_view kZip = "PK\x03\x04";
+  std::ifstream file(path, std::ios::binary);
+  std::string begin(kZip.size(), '\0');
+  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  if (!file.is_open() || begin == kZip) return absl::OkStatus();
+  return InvalidArgument(
+      "{}: no checkpoint of the built-in trainer, wanted a .pt file that it wrote, or sgbm", path);
+}
+
 absl::StatusOr<ChosenPredictor> FromCheckpoint(const PredictorChoice& choice) {
   ChosenPredictor chosen;
   const std::string checkpoint = fs::absolute(choice.what).lexically_normal();
+  // A program that is named may have a format of its own.
+  if (choice.trainer_program.empty()) RETURN_IF_ERROR(CheckIsCheckpoint(choice.what));
   ASSIGN_OR_RETURN(const std::string program, FindTrainerProgram(choice.trainer_program));
   ASSIGN_OR_RETURN(chosen.run.checkpoint, Sha256HexOfFile(checkpoint));
   chosen.run.variant = fs::path(checkpoint).stem();

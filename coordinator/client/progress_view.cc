@@ -75,7 +75,9 @@ void ProgressView::NoteWaiting(const v1::ListWorkersReply& workers) {
     if (!taken) {
       waiting_.push_back(waits + "no connected worker does such jobs");
     } else if (idle) {
-      waiting_.push_back(waits + "no connected worker has the GPU, memory or tags for " +
+      waiting_.push_back(waits +
+                         "no connected worker has the trainer (--allow-trainers), benchmark "
+                         "(--benchmarks), GPU, memory or tags for " +
                          (jobs == 1 ? "it" : "them"));
     }
   }

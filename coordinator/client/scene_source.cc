@@ -15,15 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-absl::StatusOr<v1::Scene> ReadSceneFile(const std::string& path) {
-  std::error_code error;
-  if (!fs::is_regular_file(path, error)) {
-    return NotFound("{}: no such file", path);
-  }
-  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, 256 << 20));
-  return ParseScene(bytes, path);
-}
-
 absl::StatusOr<uint32_t> ParseNumber(const std::string& text) {
   uint32_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -45,6 +36,22 @@ std::vector<std::string> VariantsIn(const std::string& dir) {
     if (fs::is_directory(entry.path() / "scenes", error)) names.push_back(entry.path().filename());
   }
   return names;
+}
+
+absl::StatusOr<v1::Scene> ReadSceneFile(const std::string& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) {
+    const std::vector<std::string> variants = VariantsIn(path);
+    return InvalidArgument(
+        "{}: a folder, wanted a recipe's file or, of a dataset, {} VARIANT "
+        "SCENE{}",
+        path, path, variants.empty() ? "" : " with a variant of " + Joined(variants));
+  }
+  if (!fs::is_regular_file(path, error)) {
+    return NotFound("{}: no such file", path);
+  }
+  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, 256 << 20));
+  return ParseScene(bytes, path);
 }
 
 absl::StatusOr<v1::Scene> ReadArchivedScene(const std::string& dir, const std::string& variant,
@@ -95,7 +102,12 @@ absl::StatusOr<v1::Scene> LoadScene(const std::vector<std::string>& source,
   std::error_code error;
   if (fs::is_directory(source[0], error)) return ReadArchivedScene(source[0], source[1], number);
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
-  ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(source[0]));
+  const absl::StatusOr<v1::StudyStatus> found = connection->FindStudy(source[0]);
+  if (!found.ok()) {
+    return MakeError(found.status().code(), source[0] + ": no such folder here, and " +
+                                                std::string(ToStd(found.status().message())));
+  }
+  const v1::StudyStatus& study = *found;
   RETURN_IF_ERROR(CheckVariant(study, source[1]));
   ASSIGN_OR_RETURN(v1::GetSceneReply reply,
                    connection->GetScene(study.study_id(), source[1], number));

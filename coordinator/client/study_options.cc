@@ -1,10 +1,13 @@
 #include "coordinator/client/study_options.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 
 #include "common/base/hash.h"
+#include "common/base/names.h"
 #include "common/base/version.h"
 #include "common/config/config.h"
 #include "common/config/rig_counts.h"
@@ -17,6 +20,8 @@
 
 namespace parallax::client {
 namespace {
+
+constexpr char kBuiltinTrainer[] = "builtin";
 
 // Clears the fields in which two submissions of the same study may differ.
 v1::StudySpec WithoutIncidentals(v1::StudySpec study) {
@@ -54,7 +59,9 @@ void AddStudyOptions(CLI::App& command, StudyOptions& options) {
   command.add_option("--scenes", options.scenes, "The same as scenes: pairs = N x rigs per scene")
       ->group(group);
   command.add_option("--rigs", options.rigs, "Pairs taken of each scene")->group(group);
-  command.add_option("--seed", options.seed, "Another seed: other scenes")->group(group);
+  command.add_option("--seed", options.seed, "Another seed: other scenes")
+      ->check(WhyNotSeed)
+      ->group(group);
   command.add_option("--samples", options.samples, "Samples a pixel")->group(group);
   command.add_option("--profile", options.profile, "preview, default, high or reference")
       ->group(group);
@@ -130,20 +137,87 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
 
 namespace {
 
-// One folder, or list of folders, of a variant: `seen` is its content's hash as seen from here.
-absl::Status TakeHash(const absl::StatusOr<std::string>& seen, const std::string& dir,
-                      const char* field, const char* command, std::string* sha256) {
-  if (absl::IsNotFound(seen.status())) {
-    if (!sha256->empty()) return absl::OkStatus();
+// A field of a config that names a folder of the user's content.
+struct FolderField {
+  ContentKind kind;
+  const char* name;
+  const char* sha256_name;
+  const char* command;  // Of `parallax config`.
+};
+constexpr FolderField kPictureDir = {ContentKind::kPictures, "materials.picture_dir",
+                                     "materials.pictures_sha256", "pictures"};
+constexpr FolderField kTextureDir = {ContentKind::kTextures, "materials.texture_dir",
+                                     "materials.textures_sha256", "textures"};
+constexpr FolderField kHdriDir = {ContentKind::kHdris, "lighting.hdri_dir", "lighting.hdris_sha256",
+                                  "hdris"};
+constexpr FolderField kInclude = {ContentKind::kMeshes, "assets.include", "assets.include_sha256",
+                                  "meshes"};
+
+// Makes the error for a folder that has no such files here, or does not exist.
+absl::Status NothingInFolder(const FolderField& field, const std::string& dir,
+                             const absl::Status& seen, FolderReaders readers) {
+  std::error_code error;
+  const bool exists = std::filesystem::is_directory(dir, error);
+  const std::string what = exists ? std::string(ToStd(seen.message()))
+                                  : fmt::format("{}: no such folder {}", field.name, dir);
+  if (readers == FolderReaders::kOfFarm) {
     return InvalidArgument(
         "{}, as seen from here; where it is, `parallax config {} DIR` tells what to write as {}",
-        seen.status().message(), command, field);
+        what, field.command, field.sha256_name);
+  }
+  if (exists) return InvalidArgument("{}", what);
+  return InvalidArgument(
+      "{}; `run` counts these paths from /: home/ada/own stands for "
+      "/home/ada/own{}",
+      what,
+      field.kind == ContentKind::kPictures ? ", and its option --picture-dir takes any folder"
+                                           : "");
+}
+
+// Hashes a variant's folder, or list of folders.
+absl::Status TakeHash(const FolderField& field, const std::vector<std::string>& named,
+                      FolderReaders readers, ContentHashes& hashes, std::string* sha256) {
+  std::vector<std::string> dirs;
+  for (const std::string& name : named) dirs.push_back(FromRoot(name));
+  const absl::StatusOr<std::string> seen = hashes.Of(field.kind, dirs);
+  if (absl::IsNotFound(seen.status())) {
+    if (!sha256->empty()) return absl::OkStatus();
+    std::error_code error;
+    const auto missing = std::find_if(dirs.begin(), dirs.end(), [&](const std::string& dir) {
+      return !std::filesystem::is_directory(dir, error);
+    });
+    return NothingInFolder(field, missing == dirs.end() ? dirs.front() : *missing, seen.status(),
+                           readers);
   }
   RETURN_IF_ERROR(seen.status());
   if (!sha256->empty() && *sha256 != *seen) {
-    return FailedPrecondition("the content of {} is not that of {} (it is {})", dir, field, *seen);
+    return FailedPrecondition("the content of {} is not that of {} (it is {})", dirs.front(),
+                              field.sha256_name, *seen);
   }
   *sha256 = *seen;
+  return absl::OkStatus();
+}
+
+absl::Status HashContentOf(v1::SceneConfig& config, FolderReaders readers, ContentHashes& hashes) {
+  v1::MaterialConfig& materials = *config.mutable_materials();
+  if (!materials.picture_dir().empty()) {
+    RETURN_IF_ERROR(TakeHash(kPictureDir, {materials.picture_dir()}, readers, hashes,
+                             materials.mutable_pictures_sha256()));
+  }
+  if (!materials.texture_dir().empty()) {
+    RETURN_IF_ERROR(TakeHash(kTextureDir, {materials.texture_dir()}, readers, hashes,
+                             materials.mutable_textures_sha256()));
+  }
+  v1::LightingConfig& lighting = *config.mutable_lighting();
+  if (!lighting.hdri_dir().empty()) {
+    RETURN_IF_ERROR(TakeHash(kHdriDir, {lighting.hdri_dir()}, readers, hashes,
+                             lighting.mutable_hdris_sha256()));
+  }
+  v1::AssetConfig& assets = *config.mutable_assets();
+  if (!assets.include().empty()) {
+    RETURN_IF_ERROR(TakeHash(kInclude, {assets.include().begin(), assets.include().end()}, readers,
+                             hashes, assets.mutable_include_sha256()));
+  }
   return absl::OkStatus();
 }
 
@@ -154,47 +228,35 @@ std::string FromRoot(const std::string& dir) {
   return "/" + (reference ? reference->path : dir);
 }
 
-namespace {
-
-absl::Status HashContentOf(v1::SceneConfig& config, ContentHashes& hashes) {
-  v1::MaterialConfig& materials = *config.mutable_materials();
-  if (!materials.picture_dir().empty()) {
-    const std::string dir = FromRoot(materials.picture_dir());
-    RETURN_IF_ERROR(TakeHash(hashes.Of(ContentKind::kPictures, {dir}), dir,
-                             "materials.pictures_sha256", "pictures",
-                             materials.mutable_pictures_sha256()));
-  }
-  if (!materials.texture_dir().empty()) {
-    const std::string dir = FromRoot(materials.texture_dir());
-    RETURN_IF_ERROR(TakeHash(hashes.Of(ContentKind::kTextures, {dir}), dir,
-                             "materials.textures_sha256", "textures",
-                             materials.mutable_textures_sha256()));
-  }
-  v1::LightingConfig& lighting = *config.mutable_lighting();
-  if (!lighting.hdri_dir().empty()) {
-    const std::string dir = FromRoot(lighting.hdri_dir());
-    RETURN_IF_ERROR(TakeHash(hashes.Of(ContentKind::kHdris, {dir}), dir, "lighting.hdris_sha256",
-                             "hdris", lighting.mutable_hdris_sha256()));
-  }
-  v1::AssetConfig& assets = *config.mutable_assets();
-  if (!assets.include().empty()) {
-    std::vector<std::string> dirs;
-    for (const std::string& name : assets.include()) dirs.push_back(FromRoot(name));
-    RETURN_IF_ERROR(TakeHash(hashes.Of(ContentKind::kMeshes, dirs), dirs.front(),
-                             "assets.include_sha256", "meshes", assets.mutable_include_sha256()));
+absl::Status HashContent(v1::StudySpec& study, FolderReaders readers) {
+  ContentHashes hashes;
+  for (v1::VariantSpec& variant : *study.mutable_variants()) {
+    const absl::Status status = HashContentOf(*variant.mutable_config(), readers, hashes);
+    if (!status.ok()) return WithContext(status, "variant " + variant.name());
   }
   return absl::OkStatus();
 }
 
-}  // namespace
-
-absl::Status HashContent(v1::StudySpec& study) {
-  ContentHashes hashes;
-  for (v1::VariantSpec& variant : *study.mutable_variants()) {
-    const absl::Status status = HashContentOf(*variant.mutable_config(), hashes);
-    if (!status.ok()) return WithContext(status, "variant " + variant.name());
+absl::Status CheckTrainer(const v1::StudySpec& study, const std::string& file,
+                          const std::string& allowed, const std::string& trainers_dir) {
+  if (!study.has_train()) return absl::OkStatus();
+  const std::string& trainer = study.train().trainer();
+  const int line = LineOfField(study.source_yaml(), "train.trainer");
+  const std::string where =
+      file + (line > 0 ? fmt::format(":{}", line) : "") + ": train.trainer: " + Quoted(trainer);
+  const std::string names = allowed.empty() ? kBuiltinTrainer : allowed;
+  if (("," + names + ",").find("," + trainer + ",") == std::string::npos) {
+    return InvalidArgument("{} may not run here, allowed by --allow-trainers: {}", where, names);
   }
-  return absl::OkStatus();
+  std::error_code error;
+  const std::string contract = trainers_dir + "/" + trainer + ".yaml";
+  if (trainer == kBuiltinTrainer || std::filesystem::is_regular_file(contract, error)) {
+    return absl::OkStatus();
+  }
+  return InvalidArgument("{}: {}", where,
+                         trainers_dir.empty()
+                             ? "name the folder with " + trainer + ".yaml by --trainers"
+                             : "no such file " + contract);
 }
 
 std::string DescribeSize(const v1::StudySpec& study) {

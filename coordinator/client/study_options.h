@@ -42,12 +42,22 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options);
 // such as those of `run`.
 std::string FromRoot(const std::string& dir);
 
+// The workers that read the folders of a study: the children of `run`, whose picture root is "/",
+// or those of a coordinator.
+enum class FolderReaders { kOfRun, kOfFarm };
+
 // Hashes and checks the content of each variant's folders below "/", and sets pictures_sha256,
 // textures_sha256, hdris_sha256 and include_sha256. Variants whose folders are not on this machine
 // keep their hashes. Errors: kFailedPrecondition if the content differs from the study's hash;
-// kInvalidArgument if a folder is not here and the study has no hash for it; those of
-// ContentHashes.
-absl::Status HashContent(v1::StudySpec& study);
+// kInvalidArgument if a folder is not here and the study has no hash for it, with what to write for
+// these readers; those of ContentHashes.
+absl::Status HashContent(v1::StudySpec& study, FolderReaders readers);
+
+// Checks that `run` may train with the study's trainer. `allowed` is its option --allow-trainers
+// (names with commas between them; empty: builtin), `trainers_dir` its --trainers, `file` names the
+// study. Errors: kInvalidArgument with file and line of the study's field.
+absl::Status CheckTrainer(const v1::StudySpec& study, const std::string& file,
+                          const std::string& allowed, const std::string& trainers_dir);
 
 // Returns "3 variants x 5,000 pairs", or the sum if variants differ in size.
 std::string DescribeSize(const v1::StudySpec& study);

@@ -12,6 +12,7 @@
 #include "common/base/file.h"
 #include "common/base/hash.h"
 #include "common/base/names.h"
+#include "common/config/training.h"
 #include "common/store/store.h"
 #include "worker/evaluate/scores.h"
 
@@ -22,7 +23,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr int kResultsAtOnce = 200;
-constexpr const char* kFolders[] = {"training", "scores", "sheets", "curves", "errors"};
 
 absl::Status MakeFolder(const std::string& dir) {
   std::error_code error;
@@ -68,8 +68,10 @@ absl::StatusOr<std::unique_ptr<StudyResults>> StudyResults::Open(const std::stri
                                                                  const v1::StudySpec& study) {
   for (const v1::VariantSpec& variant : study.variants()) {
     if (!study.has_train() && !study.has_evaluate()) break;
-    if (std::find(std::begin(kFolders), std::end(kFolders), variant.name()) == std::end(kFolders))
+    if (std::find(std::begin(kResultFolders), std::end(kResultFolders), variant.name()) ==
+        std::end(kResultFolders)) {
       continue;
+    }
     return FailedPrecondition(
         "variant '{}': a study that trains keeps its results in {}/{}; give the variant another "
         "name",

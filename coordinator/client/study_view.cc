@@ -218,6 +218,24 @@ void PrintStudyList(const Terminal& terminal, const v1::ListStudiesReply& list) 
   table.Print(terminal);
 }
 
+namespace {
+
+std::string PlaceOf(const std::string& variant, uint32_t scene) {
+  return scene == kNoScene ? variant : fmt::format("{} scene {}", variant, scene);
+}
+
+}  // namespace
+
+bool HasScene(const v1::JobStatus& job) { return job.scene() != kNoScene; }
+
+std::string PlaceOf(const std::string& variant, const v1::JobProblem& problem) {
+  return PlaceOf(variant, problem.job_id() == 0 ? kNoScene : problem.scene());
+}
+
+std::string PlaceOf(const v1::JobStatus& job) {
+  return job.label().empty() ? PlaceOf(job.variant(), job.scene()) : job.label();
+}
+
 std::vector<std::string> ProblemLines(const Terminal& terminal, const v1::StudyStatus& study,
                                       size_t most) {
   // Equal errors of many jobs are one line with a count; the first job stands for them.
@@ -248,14 +266,12 @@ std::vector<std::string> ProblemLines(const Terminal& terminal, const v1::StudyS
     }
     const std::string& state = group.problem->state();
     const bool final = state == "FAILED" || state == "QUARANTINED";
-    const std::string scene =
-        group.problem->scene() == kNoScene ? "" : fmt::format(" scene {}", group.problem->scene());
-    lines.push_back(
-        fmt::format("{}  {}{} job {}{}: {}",
-                    terminal.Paint(final ? Tone::kBad : Tone::kWarning, LowerName(state)),
-                    group.variant, scene, group.problem->job_id(),
-                    group.count > 1 ? fmt::format(" (and {} like it)", group.count - 1) : "",
-                    FirstLine(group.problem->error())));
+    const int64_t job = group.problem->job_id();  // 0: the variant gave up.
+    lines.push_back(fmt::format(
+        "{}  {}{}{}: {}", terminal.Paint(final ? Tone::kBad : Tone::kWarning, LowerName(state)),
+        PlaceOf(group.variant, *group.problem), job > 0 ? fmt::format(" job {}", job) : "",
+        group.count > 1 ? fmt::format(" (and {} like it)", group.count - 1) : "",
+        FirstLine(group.problem->error())));
   }
   return lines;
 }
@@ -278,7 +294,7 @@ Json StudyJson(const v1::StudyStatus& study) {
     AddJobs(variant, entry);
     Json& problems = entry["problems"] = Json::array();
     for (const v1::JobProblem& problem : variant.problems()) {
-      const bool has_scene = problem.scene() != kNoScene;
+      const bool has_scene = problem.job_id() != 0 && problem.scene() != kNoScene;
       problems.push_back({{"job_id", problem.job_id()},
                           {"state", LowerName(problem.state())},
                           {"scene", has_scene ? Json(problem.scene()) : Json(nullptr)},

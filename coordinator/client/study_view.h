@@ -44,6 +44,12 @@ std::string PaintedState(const Terminal& terminal, v1::StudyState state);
 // Prints a heading, a table with a row for each variant, and problems.
 void PrintStudy(const Terminal& terminal, const v1::StudyStatus& study);
 void PrintStudyList(const Terminal& terminal, const v1::ListStudiesReply& list);
+// Returns whether the job is one of a scene's.
+bool HasScene(const v1::JobStatus& job);
+// Returns where a job belongs, for messages: "narrow scene 3"; the variant alone for a job without
+// a scene and for a variant that gave up.
+std::string PlaceOf(const std::string& variant, const v1::JobProblem& problem);
+std::string PlaceOf(const v1::JobStatus& job);
 // Returns lines with the newest problems of all variants, at most `most`, and with the number of
 // those left out.
 std::vector<std::string> ProblemLines(const Terminal& terminal, const v1::StudyStatus& study,

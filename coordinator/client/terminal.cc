@@ -5,8 +5,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <iostream>
+#include <memory>
+#include <streambuf>
 
 namespace parallax::client {
 namespace {
@@ -70,13 +73,71 @@ size_t EscapeLength(std::string_view text) {
   return std::min(end + 1, text.size());
 }
 
+// Writes to a descriptor, and remembers why that failed: std::cout forgets.
+class DescriptorBuffer final : public std::streambuf {
+ public:
+  DescriptorBuffer(int descriptor, bool by_line) : descriptor_(descriptor), by_line_(by_line) {}
+  int error() const { return error_; }  // errno of the first failed write; 0: none has.
+
+ protected:
+  std::streamsize xsputn(const char* text, std::streamsize size) override {
+    const std::string_view added(text, static_cast<size_t>(size));
+    waiting_.append(added);
+    const bool due =
+        waiting_.size() >= kMostWaiting || (by_line_ && added.find('\n') != added.npos);
+    return due && sync() != 0 ? 0 : size;
+  }
+  int_type overflow(int_type c) override {
+    if (traits_type::eq_int_type(c, traits_type::eof())) return traits_type::not_eof(c);
+    const char letter = traits_type::to_char_type(c);
+    return xsputn(&letter, 1) == 1 ? c : traits_type::eof();
+  }
+  int sync() override {
+    std::string_view rest = waiting_;
+    while (!rest.empty() && error_ == 0) {
+      const ssize_t written = write(descriptor_, rest.data(), rest.size());
+      if (written >= 0) {
+        rest.remove_prefix(static_cast<size_t>(written));
+      } else if (errno != EINTR) {
+        error_ = errno;
+      }
+    }
+    waiting_.clear();
+    return error_ == 0 ? 0 : -1;
+  }
+
+ private:
+  static constexpr size_t kMostWaiting = 1 << 16;
+
+  const int descriptor_;
+  const bool by_line_;
+  std::string waiting_;
+  int error_ = 0;
+};
+
 bool IsContinuation(char byte) { return (static_cast<unsigned char>(byte) & 0xc0) == 0x80; }
 
 }  // namespace
 
+Terminal Terminal::OnDescriptor(int file_descriptor) {
+  struct Output {
+    DescriptorBuffer buffer;
+    std::ostream stream{&buffer};
+  };
+  const std::shared_ptr<Output> output(new Output{{file_descriptor, isatty(file_descriptor) != 0}});
+  Terminal terminal;
+  terminal.stream = &output->stream;
+  terminal.write_error = [output] { return output->buffer.error(); };
+  return terminal;
+}
+
 Terminal Terminal::Standard(int file_descriptor) {
   Terminal terminal;
-  terminal.stream = file_descriptor == 2 ? &std::cerr : &std::cout;
+  if (file_descriptor == STDERR_FILENO) {
+    terminal.stream = &std::cerr;
+  } else {
+    terminal = OnDescriptor(file_descriptor);
+  }
   terminal.interactive = isatty(file_descriptor) != 0 && EnvironmentVariable("TERM") != "dumb";
   terminal.colour = terminal.interactive && EnvironmentVariable("NO_COLOR").empty();
   terminal.unicode = LocaleIsUtf8();

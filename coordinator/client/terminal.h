@@ -26,11 +26,17 @@ struct Terminal {
   bool colour = false;
   bool unicode = false;  // Bars and sparklines of block characters rather than ASCII.
   std::function<TerminalSize()> size = [] { return TerminalSize{}; };
+  // Returns errno of the first write to `stream` that failed, 0 if none did. Empty: not known.
+  std::function<int()> write_error;
 
   // Returns standard output (1) or standard error (2). It is interactive if it is a terminal that
   // can move its cursor, coloured if it is interactive and NO_COLOR is empty, and unicode if the
   // locale is UTF-8.
   static Terminal Standard(int file_descriptor);
+  // Returns a terminal that writes to a descriptor and knows why a write failed. Each line is
+  // written at once if the descriptor is a screen. The stream lives as long as a copy of the
+  // terminal, and does not close the descriptor.
+  static Terminal OnDescriptor(int file_descriptor);
 
   // Returns `text` in a tone; unchanged without colours.
   std::string Paint(Tone tone, std::string_view text) const;

@@ -27,6 +27,8 @@ std::string FormatUnixTime(double unix_s);
 std::string Sparkline(std::span<const double> values, int columns, bool unicode);
 // Returns the first line of a message without trailing space: errors are shown as one line.
 std::string FirstLine(std::string_view text);
+// Returns why `text` is no seed, in the words of a study file's `seed`; "" if it is one.
+std::string WhyNotSeed(const std::string& text);
 // Returns the name of an enumerator in lower case without its prefix: "SUCCEEDED" -> "succeeded";
 // "STUDY_STATE_RUNNING" with prefix "STUDY_STATE_" -> "running".
 std::string LowerName(std::string_view name, std::string_view prefix = "");

@@ -41,6 +41,8 @@ struct VariantTally {
   int64_t tally_solved = 0;
   int64_t tally_rejected = 0;
   int64_t tally_lost = 0;
+  // Pairs of before the last retry. Not stored: after a restart all pairs count as new again.
+  int64_t pairs_before = 0;
   int64_t others_lost = 0;  // Jobs without a scene whose newest generation ended without a result.
   std::string problem;
 

@@ -214,7 +214,8 @@ class Machine final : private WorkDesk {
   absl::Status EnterLoss(const JobRow& job, Variant& variant, JobState state);
   absl::Status CancelJobs(int64_t study, int64_t variant, const std::string& reason);
   absl::Status CancelJob(const JobRow& job, const std::string& reason);
-  absl::Status GiveUpIfHopeless(Variant& variant);
+  // Ends the variant if it has no prospect. `job` was lost or rejected last and says why.
+  absl::Status GiveUpIfHopeless(Variant& variant, int64_t job);
 
   // machine_expand.cc: makes scenes.
   absl::Status TopUp(Variant& variant, const ScenePlan& scene);

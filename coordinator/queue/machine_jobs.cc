@@ -299,14 +299,20 @@ absl::Status Machine::EnterLoss(const JobRow& job, Variant& variant, JobState st
   } else if (state != JobState::kCancelled) {
     ++tally.tally_lost;
   }
-  return state == JobState::kCancelled ? absl::OkStatus() : GiveUpIfHopeless(variant);
+  return state == JobState::kCancelled ? absl::OkStatus() : GiveUpIfHopeless(variant, job.id);
 }
 
-absl::Status Machine::GiveUpIfHopeless(Variant& variant) {
+absl::Status Machine::GiveUpIfHopeless(Variant& variant, int64_t job) {
   if (!variant.tally.problem.empty()) return absl::OkStatus();
   const VariantTally& tally = variant.tally;
-  std::string reason = GiveUpReason({tally.tally_solved, tally.tally_rejected, tally.tally_lost});
-  if (reason.empty()) return absl::OkStatus();
+  SceneTally scenes{.solved = tally.tally_solved,
+                    .rejected = tally.tally_rejected,
+                    .lost = tally.tally_lost,
+                    .pairs = tally.pairs_done - tally.pairs_before};
+  if (GiveUpReason(scenes).empty()) return absl::OkStatus();
+  ASSIGN_OR_RETURN(const JobRow last, RowOf(job));
+  scenes.last_reason = last.error;
+  const std::string reason = GiveUpReason(scenes);
   ledger_.Change(variant).problem = reason;
   changed_variants_.insert(variant.id);
   RETURN_IF_ERROR(

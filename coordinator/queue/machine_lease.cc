@@ -8,8 +8,12 @@ namespace {
 
 constexpr size_t kGroupsRemembered = 4;  // A worker keeps about so many scenes built.
 constexpr double kWorkerForgottenS = 120;
-constexpr int kMostKept = 16;    // Folders of earlier attempts in a lease.
-constexpr int kCandidates = 16;  // Looked at for one lease before the next study has its turn.
+constexpr int kMostKept = 16;  // Folders of earlier attempts in a lease.
+// Jobs that suit a worker and are looked at for one lease before the next study has its turn.
+constexpr int kCandidates = 16;
+// Jobs of one kind and study may need different things of a worker: at most so many that do not
+// suit it are passed over.
+constexpr int kMostUnsuitable = 2000;
 
 constexpr char kReadyOfStudy[] = "SELECT " PARALLAX_JOB_COLUMNS
                                  " FROM jobs WHERE study_id = ?1 AND kind = ?2 AND state = 'READY'"
@@ -111,10 +115,13 @@ absl::StatusOr<std::optional<JobRow>> Machine::ChooseOf(Study& study, KindId kin
                                                         const Taker& worker) {
   const std::string& name = worker.facts.name;
   const bool others = OthersAround(name);
-  SqliteQuery query(db_, kReadyOfStudy, study.id, kinds_[kind].name(), kCandidates);
-  while (query.Next()) {
+  SqliteQuery query(db_, kReadyOfStudy, study.id, kinds_[kind].name(),
+                    kCandidates + kMostUnsuitable);
+  int suitable = 0;
+  while (suitable < kCandidates && query.Next()) {
     ASSIGN_OR_RETURN(JobRow job, JobRowOf(query, kinds_));
     if (!FitsJob(job, worker)) continue;
+    ++suitable;
     const double waited = Now() - job.ready_unix_s;
     const JobCandidate candidate{job.id, job.worker, waited < 0 ? kElsewhereS : waited};
     if (PickJob({&candidate, 1}, name, others) == 0) return std::optional<JobRow>(std::move(job));

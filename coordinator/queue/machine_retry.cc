@@ -27,6 +27,7 @@ absl::StatusOr<int64_t> Machine::Retry(int64_t id, std::string_view actor) {
     ASSIGN_OR_RETURN(Variant * variant, ledger_.FindVariant(variant_id));
     VariantTally& tally = ledger_.Change(*variant);
     tally.tally_solved = tally.tally_rejected = tally.tally_lost = 0;
+    tally.pairs_before = tally.pairs_done;
     tally.problem.clear();
     hungry_.insert(variant_id);
     ASSIGN_OR_RETURN(const std::vector<int64_t> lost, store_.Lost(variant_id));

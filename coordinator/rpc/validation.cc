@@ -22,6 +22,14 @@ absl::Status CheckWord(const char* field, const std::string& text) {
   return CheckPlainText(field, text, kMaxNameBytes);
 }
 
+// A name, or two with a colon between them; see common/base/ability_tags.h.
+absl::Status CheckTag(std::string_view tag) {
+  const size_t colon = tag.find(':');
+  if (colon == std::string_view::npos) return CheckName("hello.tags: tag", tag);
+  RETURN_IF_ERROR(CheckName("hello.tags: tag before its colon", tag.substr(0, colon)));
+  return CheckName("hello.tags: tag behind its colon", tag.substr(colon + 1));
+}
+
 template <typename Value>
 absl::Status CheckRange(const char* field, Value value, Value low, Value high) {
   if (value >= low && value <= high) return absl::OkStatus();
@@ -62,7 +70,7 @@ absl::Status CheckHello(const v1::Hello& hello, const KindRegistry& kinds) {
   RETURN_IF_ERROR(CheckRange("hello.cores", int64_t{hello.cores()}, int64_t{0}, kMaxCores));
   RETURN_IF_ERROR(CheckRange("hello.memory_mb", hello.memory_mb(), int64_t{0}, kMaxMemoryMb));
   RETURN_IF_ERROR(CheckRange("hello.tags", hello.tags_size(), 0, kMaxTags));
-  for (const std::string& tag : hello.tags()) RETURN_IF_ERROR(CheckName("hello.tags: tag", tag));
+  for (const std::string& tag : hello.tags()) RETURN_IF_ERROR(CheckTag(tag));
   RETURN_IF_ERROR(CheckWord("hello.version", hello.version()));
   RETURN_IF_ERROR(CheckWord("hello.build_id", hello.build_id()));
   RETURN_IF_ERROR(CheckWord("hello.instance", hello.instance()));

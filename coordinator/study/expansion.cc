@@ -10,6 +10,8 @@
 namespace parallax {
 namespace {
 
+constexpr size_t kMostReasonBytes = 500;
+
 absl::Status CheckRange(std::string_view field, int64_t seen, int64_t low, int64_t high) {
   if (seen >= low && seen <= high) return absl::OkStatus();
   return InvalidArgument("{}: {}, wanted {} to {}", field, seen, low, high);
@@ -39,6 +41,32 @@ absl::Status CheckContentIsNamed(const v1::SceneConfig& config) {
         folder.field, folder.command);
   }
   return absl::OkStatus();
+}
+
+std::string WhyHopeless(const SceneTally& tally) {
+  const auto count = [](int64_t n) { return std::to_string(n); };
+  if (tally.solved == 0 && tally.rejected >= kGiveUpRejected) {
+    return "no valid scene: the first " + count(tally.rejected) + " seeds were all rejected";
+  }
+  if (tally.solved == 0 && tally.lost >= kGiveUpLost) {
+    return "nothing works: the first " + count(tally.lost) + " scenes all failed";
+  }
+  if (tally.rejected > kGiveUpRejected + 20 * tally.solved) {
+    return "hardly a valid scene: " + count(tally.rejected) + " seeds rejected, " +
+           count(tally.solved) + " solved";
+  }
+  if (tally.lost > kGiveUpLost + tally.solved) {
+    return "most scenes fail: " + count(tally.lost) + " failed, " + count(tally.solved) + " solved";
+  }
+  // Scenes may all be solved, and their renders fail nevertheless.
+  if (tally.pairs == 0 && tally.lost >= kGiveUpLost) {
+    return "nothing works: " + count(tally.lost) + " scenes failed and no pair was made";
+  }
+  if (tally.pairs && tally.lost > kGiveUpLost + kGiveUpLostAPair * *tally.pairs) {
+    return "hardly a pair: " + count(tally.lost) +
+           " scenes failed, pairs made: " + count(*tally.pairs);
+  }
+  return "";
 }
 
 }  // namespace
@@ -90,21 +118,9 @@ Expansion NextScenes(const VariantPlan& plan, int64_t limit) {
 }
 
 std::string GiveUpReason(const SceneTally& tally) {
-  const auto count = [](int64_t n) { return std::to_string(n); };
-  if (tally.solved == 0 && tally.rejected >= kGiveUpRejected) {
-    return "no valid scene: the first " + count(tally.rejected) + " seeds were all rejected";
-  }
-  if (tally.solved == 0 && tally.lost >= kGiveUpLost) {
-    return "nothing works: the first " + count(tally.lost) + " scenes all failed";
-  }
-  if (tally.rejected > kGiveUpRejected + 20 * tally.solved) {
-    return "hardly a valid scene: " + count(tally.rejected) + " seeds rejected, " +
-           count(tally.solved) + " solved";
-  }
-  if (tally.lost > kGiveUpLost + tally.solved) {
-    return "most scenes fail: " + count(tally.lost) + " failed, " + count(tally.solved) + " solved";
-  }
-  return "";
+  const std::string reason = WhyHopeless(tally);
+  if (reason.empty() || tally.last_reason.empty()) return reason;
+  return reason + "; the last: " + CutText(tally.last_reason, kMostReasonBytes);
 }
 
 }  // namespace parallax

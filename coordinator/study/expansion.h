@@ -63,12 +63,16 @@ struct SceneTally {
   int64_t solved = 0;
   int64_t rejected = 0;
   int64_t lost = 0;  // Failed or quarantined.
+  // Pairs that were made. Absent: not counted, so that only solves speak for the variant.
+  std::optional<int64_t> pairs;
+  std::string last_reason;  // Why the latest scene was rejected or lost; may be empty.
 };
 inline constexpr int64_t kGiveUpRejected = 50;
 inline constexpr int64_t kGiveUpLost = 10;
+inline constexpr int64_t kGiveUpLostAPair = 3;
 // Returns the reason why the variant should stop taking new seeds; empty while it should continue.
-// Because of this, a study whose config has no valid scene ends with a clear message instead of
-// running for ever.
+// Because of this, a study whose config has no valid scene, or whose renders all fail, ends with a
+// clear message instead of running for ever. The message ends with `last_reason`.
 std::string GiveUpReason(const SceneTally& tally);
 
 }  // namespace parallax

@@ -236,11 +236,13 @@ TEST_F(DaemonsTest, EachStartUpErrorHasItsLineAndExitStatus) {
   ExpectRefusal(public_address, 2, "--insecure");
   ExpectRefusal({kCoordinator, "serve", "--db", "x"}, 2, "--store");
   ExpectRefusal({kCoordinator, "serve", "--bogus"}, 2, "--help");
+  ExpectRefusal({kCoordinator, "serv"}, 2, "'serv'; did you mean `coordinator serve`?");
 
   std::ofstream(directory_ + "/text.db") << std::string(8192, 'x');
   std::vector<std::string> text = ServeCommand();
   text[3] = directory_ + "/text.db";
   ExpectRefusal(text, 8, "text.db");
+  EXPECT_FALSE(fs::exists(directory_ + "/text.db.lock")) << "left beside somebody's file";
 }
 
 TEST_F(DaemonsTest, ADatabaseFromTheFutureIsRefused) {

@@ -63,7 +63,8 @@ class TrainTest : public ::testing::Test {
            " --batch, '1', --checkpoint-every, '3']\n"
            "resume: [--resume, '{resume}']\nenvironment: [OMP_WAIT_POLICY=passive]\nprogress: "
            "json\n"
-           "leaves: {checkpoints: checkpoint-*.pt, final: final.pt}\npredict: torchscript\n";
+           "leaves: {checkpoints: checkpoint-*.pt, final: final.pt}\n"
+           "predict: [trainer, predict, --checkpoint, '{checkpoint}', --list, '{list}']\n";
   }
   void TearDown() override {
     if (HasFailure()) {

@@ -34,7 +34,7 @@ variants:
 TRAIN = "train: {trainer: broken, seeds: 1, steps: 10, only_mixtures: false}\n"
 TRAINER = """trainer: broken
 layout: archive
-train: [sh, -c, 'echo the lamp is broken; exit 3']
+train: [sh, -c, 'echo the lamp is broken; exit 3', '{seed}']
 progress: json
 leaves: {checkpoints: net-*.json, final: last.json}
 predict: [sh, -c, 'exit 3']

@@ -93,8 +93,7 @@ int Work(const AgentOptions& options, const WorkerCommandLine& line, const JobHa
 
 }  // namespace
 
-int RunWorkerProgram(int argc, char** argv, JobHandlers handlers,
-                     const std::function<absl::Status(const WorkerSettings&)>& before_work) {
+int RunWorkerProgram(int argc, char** argv, JobHandlers handlers, const BeforeWorkFn& before_work) {
   WorkerCommandLine line;
   CLI::App app(
       "Leases jobs from a coordinator and does them: solves scenes, renders stereo pairs,\n"
@@ -111,13 +110,14 @@ int RunWorkerProgram(int argc, char** argv, JobHandlers handlers,
   const auto level = ParseLogLevel(line.log_level);
   if (!level.ok()) return Complain(level.status(), kWorkerUsage);
   InitLogging({.json = line.log_json, .level = *level, .program = "worker"});
-  const auto options = AgentOptionsOf(line, handlers);
+  auto options = AgentOptionsOf(line, handlers);
   if (!options.ok()) return Complain(options.status(), kWorkerUsage);
   const absl::Status allowed = CheckRpcSecurity(options->coordinator, options->security);
   if (!allowed.ok()) return Complain(allowed, kWorkerUsage);
   if (before_work) {
-    const absl::Status ready = before_work(WorkerSettingsOf(line, *options));
-    if (!ready.ok()) return Complain(ready, kWorkerUsage);
+    const auto abilities = before_work(WorkerSettingsOf(line, *options));
+    if (!abilities.ok()) return Complain(abilities.status(), kWorkerUsage);
+    options->tags.insert(options->tags.end(), abilities->begin(), abilities->end());
   }
   return Work(*options, line, handlers);
 }

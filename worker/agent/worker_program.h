@@ -37,10 +37,11 @@ enum WorkerExit : int {
 };
 
 // Runs the program. `handlers` are all jobs that it can do; --role chooses among them.
-// `before_work` is called once, when the command line is valid; its error ends the program. Returns
+// `before_work` is called once, when the command line is valid, and returns the tags by which the
+// worker tells what its jobs can do, beside those of --tags; its error ends the program. Returns
 // the exit status, or ends the process when a job does not stop.
-int RunWorkerProgram(
-    int argc, char** argv, JobHandlers handlers,
-    const std::function<absl::Status(const WorkerSettings&)>& before_work = nullptr);
+using BeforeWorkFn = std::function<absl::StatusOr<std::vector<std::string>>(const WorkerSettings&)>;
+int RunWorkerProgram(int argc, char** argv, JobHandlers handlers,
+                     const BeforeWorkFn& before_work = nullptr);
 
 }  // namespace parallax

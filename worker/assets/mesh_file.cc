@@ -18,6 +18,8 @@
 
 #include "common/base/file.h"
 #include "common/image/jpeg.h"
+#include "worker/assets/glb_check.h"
+#include "worker/assets/ply_check.h"
 
 namespace parallax {
 namespace {
@@ -95,7 +97,7 @@ class FileReader {
       : path_(path), z_up_(Lower(fs::path(path).extension().string()) == ".ply") {}
 
   absl::StatusOr<MeshFile> Read() {
-    RETURN_IF_ERROR(ReadFile(path_).status());  // Says what the disk says.
+    RETURN_IF_ERROR(CheckFormat());
     Assimp::Importer importer;
     importer.SetIOHandler(new FolderIo(path_));  // The importer deletes it.
     importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
@@ -116,6 +118,16 @@ class FileReader {
   }
 
  private:
+  // Checks what the importer trusts. Errors: also what the disk says.
+  absl::Status CheckFormat() const {
+    ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path_));
+    const std::string ending = Lower(fs::path(path_).extension().string());
+    const absl::Status status = ending == ".glb"   ? CheckGlb(bytes)
+                                : ending == ".ply" ? CheckPly(bytes)
+                                                   : absl::OkStatus();
+    return status.ok() ? status : Bad(path_, std::string(ToStd(status.message())));
+  }
+
   absl::Status Count() const {
     int64_t triangles = 0;
     for (unsigned i = 0; i < scene_->mNumMeshes; ++i) triangles += scene_->mMeshes[i]->mNumFaces;
@@ -219,6 +231,11 @@ class FileReader {
     if (relative.is_absolute() ||
         std::find(relative.begin(), relative.end(), "..") != relative.end()) {
       return Bad(path_, "its picture " + name + " lies elsewhere, wanted one beside it");
+    }
+    // Only these count for the mesh's hash and are brought along.
+    const std::string ending = Lower(relative.extension().string());
+    if (ending != ".png" && ending != ".jpg" && ending != ".jpeg") {
+      return Bad(path_, "its picture " + name + " is named like none, wanted .png, .jpg or .jpeg");
     }
     absl::StatusOr<std::string> bytes =
         ReadFile((fs::path(path_).parent_path() / relative).string());

@@ -27,9 +27,9 @@ struct MeshFile {
 // facing -y. Parts are assembled as the file says, larger faces are split into triangles, missing
 // normals are computed. Animations, cameras, lights and vertex colours are ignored. Pictures may be
 // in the file or beside it, not outside of its folder. Errors: kInvalidArgument naming the file,
-// the fault and the expectation: not readable, no triangle, more than kMostTrianglesOfAFile,
-// corners that are not finite, no extent, a picture that is missing or outside; kNotFound, as
-// ReadFile.
+// the fault and the expectation: those of CheckGlb and CheckPly, not readable, no triangle, more
+// than kMostTrianglesOfAFile, corners that are not finite, no extent, a picture that is missing,
+// outside or not named .png, .jpg or .jpeg; kNotFound, as ReadFile.
 absl::StatusOr<MeshFile> ReadMeshFile(const std::string& path);
 
 }  // namespace parallax

@@ -4,12 +4,15 @@
 #include <charconv>
 #include <deque>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 
 #include "common/base/hash.h"
 #include "common/base/names.h"
+#include "worker/assets/glb_check.h"
 #include "worker/materials/picture_folder.h"
 #include "worker/materials/texture_sets.h"
 
@@ -80,16 +83,44 @@ Shelf& TheShelf() {
   return *shelf;
 }
 
-// The mesh's files: itself and, for an .obj, all files in its folder or below.
-std::vector<FolderFile> FilesOfMesh(const FolderFile& mesh, const std::vector<FolderFile>& all) {
+// PicturesBesideGlb of a file with this hash, remembered.
+std::vector<std::string> PicturesOfGlb(const std::string& path, const std::string& sha256) {
+  static std::mutex mutex;
+  static auto& known = *new std::map<std::string, std::vector<std::string>>;
+  std::lock_guard<std::mutex> lock(mutex);
+  const auto [entry, is_new] = known.try_emplace(sha256);
+  if (is_new) entry->second = PicturesBesideGlb(path);
+  return entry->second;
+}
+
+// The mesh's files: itself and the pictures that a .glb names; for others all files in its folder
+// or below.
+std::vector<FolderFile> FilesOfMesh(const std::string& dir, const FolderFile& mesh,
+                                    const std::vector<FolderFile>& all) {
   std::vector<FolderFile> parts = {mesh};
-  if (fs::path(mesh.name).extension() == ".glb") return parts;
-  std::string folder = fs::path(mesh.name).parent_path().string();
-  if (!folder.empty()) folder += "/";
+  const fs::path folder = fs::path(mesh.name).parent_path();
+  if (fs::path(mesh.name).extension() == ".glb") {
+    std::set<std::string> named;
+    for (const std::string& name : PicturesOfGlb(dir + "/" + mesh.name, mesh.sha256)) {
+      named.insert((folder / name).lexically_normal().string());
+    }
+    std::copy_if(all.begin(), all.end(), std::back_inserter(parts), [&](const FolderFile& file) {
+      return !IsMeshFile(file.name) && named.contains(file.name);
+    });
+    return parts;
+  }
+  const std::string below = folder.empty() ? "" : folder.string() + "/";
   for (const FolderFile& file : all) {
-    if (!IsMeshFile(file.name) && file.name.rfind(folder, 0) == 0) parts.push_back(file);
+    if (!IsMeshFile(file.name) && file.name.rfind(below, 0) == 0) parts.push_back(file);
   }
   return parts;
+}
+
+// A mesh's name with its class, for the hash of the folder's content: the last folder, which may
+// be the one that was named.
+std::string NameWithClass(const OwnMesh& mesh, const std::string& name) {
+  if (name.find('/') != std::string::npos) return name;
+  return mesh.asset_class.substr(kOwnPrefix.size()) + "/" + name;
 }
 
 absl::StatusOr<std::string> OwnClassOf(const std::string& dir, const std::string& name) {
@@ -110,7 +141,8 @@ absl::Status AddMeshFolder(const std::string& dir, OwnMeshes& out,
     any = true;
     OwnMesh mesh;
     ASSIGN_OR_RETURN(mesh.asset_class, OwnClassOf(dir, file.name));
-    const std::vector<FolderFile> parts = FilesOfMesh(file, files);
+    content.back().name = NameWithClass(mesh, file.name);
+    const std::vector<FolderFile> parts = FilesOfMesh(dir, file, files);
     // A mesh that stands alone has its own hash; others that of all of their parts.
     std::vector<FolderFile> nameless = parts;
     nameless[0].name.clear();

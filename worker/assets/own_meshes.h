@@ -25,13 +25,14 @@ struct OwnMesh {
 // The meshes of all folders.
 struct OwnMeshes {
   std::vector<OwnMesh> meshes;  // In order of folders and names; at least one.
-  std::string sha256;           // Over the names and contents of all that they are made of.
+  std::string sha256;  // Over the classes, names and contents of all that they are made of.
 };
 
 // Finds the meshes (.glb, .obj, .ply) in these folders and the folders below them, and remembers
 // their paths in this process, so that MakeAsset finds them. Materials and pictures beside an .obj
-// count for its seed. Errors: kNotFound for a folder without a mesh; kInvalidArgument for a folder
-// whose name can't be a class's (letters, digits, "_" and "-"); those of ReadContentFolder.
+// or .ply count for its seed, and the pictures that a .glb names for its. Errors: kNotFound for a
+// folder without a mesh; kInvalidArgument for a folder whose name can't be a class's (letters,
+// digits, "_" and "-"); those of ReadContentFolder.
 absl::StatusOr<OwnMeshes> ReadMeshFolders(const std::vector<std::string>& dirs);
 
 // Whether a class is the user's: begins with "own:".

@@ -21,6 +21,7 @@
 #include "worker/dataset/export_card.h"
 #include "worker/dataset/export_layouts.h"
 #include "worker/dataset/export_plan.h"
+#include "worker/dataset/frame_reader.h"
 #include "worker/dataset/shards.h"
 
 namespace parallax {
@@ -79,11 +80,8 @@ class Exporter {
       if (options_.cancel.cancelled()) return Cancelled("export");
       std::vector<absl::StatusOr<FrameFiles>> made(end - first, FrameFiles());
       tbb::parallel_for(size_t{0}, end - first, [&](size_t i) {
-        try {
-          made[i] = layout->Convert(plan.frames[first + i]);
-        } catch (const Json::exception& error) {
-          made[i] = DataLoss("frame.json: {}", error.what());
-        }
+        const ExportFrame& frame = plan.frames[first + i];
+        made[i] = CatchJson(frame.source->dir, [&] { return layout->Convert(frame); });
       });
       for (size_t i = 0; i < made.size(); ++i) {
         const ExportFrame& frame = plan.frames[first + i];
@@ -227,6 +225,17 @@ class Exporter {
   Json shards_ = Json::array();
 };
 
+// Writes the export's files into `staging`. Layouts catch what a damaged frame.json throws, and
+// name its frame; whatever else is thrown ends here.
+absl::Status Fill(const std::string& staging, const std::string& dataset, std::string licence,
+                  const ExportOptions& options, const ExportPlan& plan, ExportResult& result) {
+  try {
+    return Exporter(staging, std::move(licence), options, result).Run(plan);
+  } catch (const Json::exception& error) {
+    return DataLoss("{}: a frame.json: {}", dataset, error.what());
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::string& out_dir,
@@ -275,14 +284,16 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
   fs::remove_all(staging, error);
   fs::create_directories(staging, error);
   if (error) return ErrnoError(error.value(), "make folder " + staging);
-  const absl::Status status = Exporter(staging, *std::move(licence), options, result).Run(plan);
+  absl::Status status = Fill(staging, dir, *std::move(licence), options, plan, result);
+  if (status.ok()) {
+    fs::remove(out, error);  // Empty, as was checked.
+    if (::rename(staging.c_str(), out.c_str()) != 0) {
+      status = ErrnoError(errno, "rename " + staging + " to " + out);
+    }
+  }
   if (!status.ok()) {
     fs::remove_all(staging, error);
     return status;
-  }
-  fs::remove(out, error);  // Empty, as was checked.
-  if (::rename(staging.c_str(), out.c_str()) != 0) {
-    return ErrnoError(errno, "rename " + staging + " to " + out);
   }
   for (const int limit : kDisparityLimitsPx) {
     result.below_limit[limit] = result.disparity.FractionBelow(limit);

@@ -50,7 +50,7 @@ const std::vector<std::string>& ExportLayouts();
 // Errors: kFailedPrecondition for an incomplete dataset (missing or unexpected files, fewer pairs
 // than asked for), naming the first fault, and for an `out_dir` that is not empty; kNotFound when
 // no frame is left; kInvalidArgument for an unknown layout or variant; kDataLoss for unreadable
-// maps; writing as WriteFile.
+// maps or a damaged frame.json, naming the frame; writing as WriteFile.
 absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::string& out_dir,
                                            const ExportOptions& options);
 

@@ -26,14 +26,6 @@ std::string NumberOf(const Json& json, const char* key) {
   return fmt::format("{:.9g}", json.at(key).get<double>());
 }
 
-std::string PictureOf(const ExportFrame& frame, const std::string& eye) {
-  return (frame.infrared ? "infrared_" : "") + eye + ".png";
-}
-
-ExportFile Link(std::string path, const ExportFrame& frame, const std::string& file) {
-  return {std::move(path), frame.source->dir + "/" + file, {}};
-}
-
 // Both eyes' disparity and occlusion of a frame.
 struct Truth {
   ImageF disparity[2];
@@ -104,7 +96,7 @@ class FlyingThings final : public ExportLayout {
       const std::string file = std::string(eyes[eye]) + "/" + name;
       const std::string image = PictureOf(frame, eyes[eye]);
       for (const char* pass : {"frames_cleanpass", "frames_finalpass"}) {
-        out.files.push_back(Link(pass + place + file + ".png", frame, image));
+        out.files.push_back(LinkTo(pass + place + file + ".png", frame, image));
       }
       ASSIGN_OR_RETURN(std::string pfm, EncodePfm(truth.disparity[eye]));
       out.files.push_back({"disparity" + place + file + ".pfm", "", std::move(pfm)});
@@ -154,13 +146,9 @@ class FoundationStereo final : public ExportLayout {
       const std::vector<ExportFrame>& frames) const override {
     std::string text, comments = "# frame fx cx fy cy baseline_m\n";
     for (const ExportFrame& frame : frames) {
-      ASSIGN_OR_RETURN(const Json json, ReadFrameJson(frame.source->dir));
-      if (!json.contains("intrinsics") || !json.contains("baseline_m")) {
-        return DataLoss("{}/frame.json: no camera", frame.source->dir);
-      }
-      const Json& k = json.at("intrinsics");
-      const std::string fx = NumberOf(k, "fx"), fy = NumberOf(k, "fy"), cx = NumberOf(k, "cx"),
-                        cy = NumberOf(k, "cy"), baseline = NumberOf(json, "baseline_m");
+      ASSIGN_OR_RETURN(const Camera camera,
+                       CatchJson(frame.source->dir, [&frame] { return CameraOf(frame); }));
+      const auto& [fx, fy, cx, cy, baseline] = camera;
       if (text.empty()) {
         text = fx + " 0 " + cx + " 0 " + fy + " " + cy + " 0 0 1\n" + baseline + "\n";
       }
@@ -169,6 +157,22 @@ class FoundationStereo final : public ExportLayout {
     }
     return std::vector<ExportFile>{
         {frames.front().scene + "/dataset/data/K.txt", "", text + comments}};
+  }
+
+ private:
+  // The numbers of K.txt.
+  struct Camera {
+    std::string fx, fy, cx, cy, baseline;
+  };
+
+  static absl::StatusOr<Camera> CameraOf(const ExportFrame& frame) {
+    ASSIGN_OR_RETURN(const Json json, ReadFrameJson(frame.source->dir));
+    if (!json.contains("intrinsics") || !json.contains("baseline_m")) {
+      return DataLoss("{}/frame.json: no camera", frame.source->dir);
+    }
+    const Json& k = json.at("intrinsics");
+    return Camera{NumberOf(k, "fx"), NumberOf(k, "fy"), NumberOf(k, "cx"), NumberOf(k, "cy"),
+                  NumberOf(json, "baseline_m")};
   }
 };
 
@@ -214,7 +218,7 @@ class WmgStereo final : public ExportLayout {
     for (int eye = 0; eye < 2; ++eye) {
       const std::string camera = fmt::format("camera_{}/{}", eye, name);
       out.files.push_back(
-          Link(place + "Image/" + camera + ".png", frame, PictureOf(frame, eyes[eye])));
+          LinkTo(place + "Image/" + camera + ".png", frame, PictureOf(frame, eyes[eye])));
       ASSIGN_OR_RETURN(const ImageF disparity,
                        ReadDisparity(frame, eyes[eye], eye == 0 ? &out : nullptr));
       out.files.push_back({place + "disparity/" + camera + ".npy", "", EncodeNpy(disparity)});
@@ -231,8 +235,8 @@ class Middlebury final : public ExportLayout {
     FrameFiles out;
     ASSIGN_OR_RETURN(Truth truth, ReadTruth(frame, out));
     const std::string place = frame.scene + "_" + RigName(frame, 3) + "/";
-    out.files.push_back(Link(place + "im0.png", frame, PictureOf(frame, "left")));
-    out.files.push_back(Link(place + "im1.png", frame, PictureOf(frame, "right")));
+    out.files.push_back(LinkTo(place + "im0.png", frame, PictureOf(frame, "left")));
+    out.files.push_back(LinkTo(place + "im1.png", frame, PictureOf(frame, "right")));
     const ImageF& left = truth.disparity[0];
     ImageU8 mask(left.width(), left.height());
     float largest = 0, smallest = std::numeric_limits<float>::infinity();
@@ -276,8 +280,8 @@ class Kitti final : public ExportLayout {
     FrameFiles out;
     ASSIGN_OR_RETURN(const Truth truth, ReadTruth(frame, out));
     const std::string name = fmt::format("{:06}_10.png", frame.number);
-    out.files.push_back(Link("training/image_2/" + name, frame, PictureOf(frame, "left")));
-    out.files.push_back(Link("training/image_3/" + name, frame, PictureOf(frame, "right")));
+    out.files.push_back(LinkTo("training/image_2/" + name, frame, PictureOf(frame, "left")));
+    out.files.push_back(LinkTo("training/image_3/" + name, frame, PictureOf(frame, "right")));
     ImageU16 all = Quantise(truth.disparity[0], 256, &out.pixels_out_of_range);
     ASSIGN_OR_RETURN(std::string occluded, EncodePng(all));
     out.files.push_back({"training/disp_occ_0/" + name, "", std::move(occluded)});
@@ -373,6 +377,14 @@ class WebDataset final : public ExportLayout {
 };
 
 }  // namespace
+
+std::string PictureOf(const ExportFrame& frame, const std::string& eye) {
+  return (frame.infrared ? "infrared_" : "") + eye + ".png";
+}
+
+ExportFile LinkTo(std::string path, const ExportFrame& frame, const std::string& file) {
+  return {std::move(path), frame.source->dir + "/" + file, {}};
+}
 
 const std::vector<std::string>& ExportLayouts() {
   static const std::vector<std::string> names = {

@@ -67,6 +67,12 @@ class ExportLayout {
   virtual bool Shards() const { return false; }
 };
 
+// Returns the name of a frame's picture of an eye, "left" or "right": the colour or the infrared
+// one.
+std::string PictureOf(const ExportFrame& frame, const std::string& eye);
+// Makes a link at `path` to one of the frame's files.
+ExportFile LinkTo(std::string path, const ExportFrame& frame, const std::string& file);
+
 // Returns the layouts for sequences; nullptr for another name.
 std::unique_ptr<ExportLayout> MakeSequenceLayout(const std::string& name);
 

@@ -19,10 +19,6 @@ using OrderedJson = nlohmann::ordered_json;
 constexpr uint8_t kNoFlow = 128;
 constexpr const char* kEyes[] = {"left", "right"};
 
-ExportFile LinkOf(std::string path, const ExportFrame& frame, const std::string& file) {
-  return {std::move(path), frame.source->dir + "/" + file, {}};
-}
-
 struct Flow {
   ImageF3 maps;      // u, v, change of disparity; kUnknownFlow where there is none.
   ImageU8 occluded;  // 255 = occluded or outside of the neighbour.
@@ -108,10 +104,11 @@ class Sintel final : public ExportLayout {
     const std::string name = fmt::format("/{}/frame_{:04}", frame.scene, frame.at + 1);
     const std::string flow_root = "Sintel/" + split, stereo_root = "sintel_stereo/" + split;
     for (const char* pass : {"clean", "final"}) {
-      out.files.push_back(LinkOf(flow_root + pass + name + ".png", frame, "left.png"));
+      out.files.push_back(
+          LinkTo(flow_root + pass + name + ".png", frame, PictureOf(frame, "left")));
       for (const char* eye : kEyes) {
-        out.files.push_back(LinkOf(stereo_root + pass + "_" + eye + name + ".png", frame,
-                                   std::string(eye) + ".png"));
+        out.files.push_back(
+            LinkTo(stereo_root + pass + "_" + eye + name + ".png", frame, PictureOf(frame, eye)));
       }
     }
     if (frame.at + 1 < frame.length) {
@@ -177,7 +174,8 @@ class DynamicReplica final : public ExportLayout {
       const std::string side(eye), place = PlaceOf(frame, side);
       ASSIGN_OR_RETURN(const ImageF depth, ReadExrY(dir + "depth_" + side + ".exr"));
       ASSIGN_OR_RETURN(const ImageU16 objects, ReadPngU16(dir + "objects_" + side + ".png"));
-      out.files.push_back(LinkOf(place + "images/" + NameOf(frame) + ".png", frame, side + ".png"));
+      out.files.push_back(
+          LinkTo(place + "images/" + NameOf(frame) + ".png", frame, PictureOf(frame, side)));
       ASSIGN_OR_RETURN(std::string halves, EncodePng(Halves(depth)));
       out.files.push_back(
           {place + "depths/" + NameOf(frame) + ".geometric.png", "", std::move(halves)});
@@ -187,7 +185,7 @@ class DynamicReplica final : public ExportLayout {
       }
       ASSIGN_OR_RETURN(std::string foreground, EncodePng(mask));
       out.files.push_back({place + "masks/" + NameOf(frame) + ".png", "", std::move(foreground)});
-      out.files.push_back(LinkOf(place + "instance_id_maps/" + NameOf(frame) + ".png", frame,
+      out.files.push_back(LinkTo(place + "instance_id_maps/" + NameOf(frame) + ".png", frame,
                                  "objects_" + side + ".png"));
       RETURN_IF_ERROR(AddFlow(frame, side, out));
       if (eye != kEyes[0]) continue;
@@ -201,25 +199,20 @@ class DynamicReplica final : public ExportLayout {
     return out;
   }
 
+  // Writes the test split as "valid", too, which dynamic_stereo's train.py opens first: a list of
+  // the same files.
   absl::StatusOr<std::vector<ExportFile>> Finish(
       const std::vector<ExportFrame>& frames) const override {
+    const struct {
+      std::string name, from, prefix;
+    } lists[] = {{"train", "train", ""}, {"test", "test", ""}, {"valid", "test", "../test/"}};
     std::vector<ExportFile> files;
-    for (const std::string split : {"train", "test"}) {
-      OrderedJson all = OrderedJson::array();
-      for (size_t begin = 0; begin < frames.size();
-           begin += static_cast<size_t>(frames[begin].length)) {
-        if (SplitOf(frames[begin]) != split) continue;
-        for (const char* eye : kEyes) {
-          for (int i = 0; i < frames[begin].length; ++i) {
-            ASSIGN_OR_RETURN(OrderedJson entry,
-                             Annotation(frames[begin + static_cast<size_t>(i)], eye));
-            all.push_back(std::move(entry));
-          }
-        }
-      }
+    for (const auto& list : lists) {
+      ASSIGN_OR_RETURN(const OrderedJson all, Annotations(frames, list.from, list.prefix));
       if (all.empty()) continue;
       ASSIGN_OR_RETURN(std::string bytes, Gzip(all.dump()));
-      files.push_back({split + "/frame_annotations_" + split + ".jgz", "", std::move(bytes)});
+      files.push_back(
+          {list.name + "/frame_annotations_" + list.name + ".jgz", "", std::move(bytes)});
     }
     return files;
   }
@@ -270,13 +263,35 @@ class DynamicReplica final : public ExportLayout {
     return absl::OkStatus();
   }
 
+  // All frames of a split, whose files lie at `prefix` from its list.
+  static absl::StatusOr<OrderedJson> Annotations(const std::vector<ExportFrame>& frames,
+                                                 const std::string& split,
+                                                 const std::string& prefix) {
+    OrderedJson all = OrderedJson::array();
+    for (size_t begin = 0; begin < frames.size();
+         begin += static_cast<size_t>(frames[begin].length)) {
+      if (SplitOf(frames[begin]) != split) continue;
+      for (const char* eye : kEyes) {
+        for (int i = 0; i < frames[begin].length; ++i) {
+          const ExportFrame& frame = frames[begin + static_cast<size_t>(i)];
+          ASSIGN_OR_RETURN(OrderedJson entry, CatchJson(frame.source->dir, [&] {
+                             return Annotation(frame, eye, prefix);
+                           }));
+          all.push_back(std::move(entry));
+        }
+      }
+    }
+    return all;
+  }
+
   // One frame of one eye.   Source: dynamic_stereo's DynamicReplicaFrameAnnotation and PyTorch3D's
   // FrameAnnotation.
-  static absl::StatusOr<OrderedJson> Annotation(const ExportFrame& frame, const std::string& eye) {
+  static absl::StatusOr<OrderedJson> Annotation(const ExportFrame& frame, const std::string& eye,
+                                                const std::string& prefix) {
     ASSIGN_OR_RETURN(const OrderedJson json, ReadFrameJson(frame.source->dir));
     const OrderedJson& k = json.at("intrinsics");
     const int width = k.at("width"), height = k.at("height");
-    const std::string place = PathOf(frame, eye), name = NameOf(frame);
+    const std::string place = prefix + PathOf(frame, eye), name = NameOf(frame);
     OrderedJson entry = {
         {"sequence_name", frame.scene},
         {"frame_number", frame.at},

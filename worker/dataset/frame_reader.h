@@ -24,6 +24,18 @@ struct FrameOnDisk {
 // Reads frame.json of a frame's folder. Errors: kDataLoss if it is not JSON; those of ReadFile.
 absl::StatusOr<nlohmann::ordered_json> ReadFrameJson(const std::string& frame_dir);
 
+// Returns what `read` returns, which reads the frame.json of this folder with nlohmann's functions.
+// Errors: kDataLoss naming the file where they throw, because something in it is missing or of
+// another type; those of `read`.
+template <typename Read>
+auto CatchJson(const std::string& frame_dir, Read read) -> decltype(read()) {
+  try {
+    return read();
+  } catch (const nlohmann::json::exception& error) {
+    return DataLoss("{}/frame.json: {}", frame_dir, error.what());
+  }
+}
+
 // The rectified pair's pinhole in frame.json.
 struct FrameIntrinsics {
   double fx = 0, fy = 0, cx = 0, cy = 0;  // Pixels.

@@ -25,7 +25,8 @@ Json DrawJson(const SensorDraw& draw) {
           {"read_noise_e", draw.read_noise_e}, {"psf_sigma_px", draw.psf_sigma_px},
           {"defocus_px", draw.defocus_px},     {"focus_m", draw.focus_m},
           {"vignetting", draw.vignetting},     {"bayer", draw.bayer},
-          {"jpeg_quality", draw.jpeg_quality}};
+          {"jpeg_quality", draw.jpeg_quality}, {"exposure_ms", draw.exposure_ms},
+          {"shake_m_s", draw.shake_m_s},       {"shake_rad_s", draw.shake_rad_s}};
 }
 
 absl::StatusOr<SensorDraw> DrawOfJson(const Json& json) {
@@ -42,26 +43,66 @@ absl::StatusOr<SensorDraw> DrawOfJson(const Json& json) {
     json.at("vignetting").get_to(draw.vignetting);
     json.at("bayer").get_to(draw.bayer);
     json.at("jpeg_quality").get_to(draw.jpeg_quality);
+    json.at("exposure_ms").get_to(draw.exposure_ms);
+    json.at("shake_m_s").get_to(draw.shake_m_s);
+    json.at("shake_rad_s").get_to(draw.shake_rad_s);
   } catch (const Json::exception& error) {
     return DataLoss("sensor: {}", error.what());
   }
   return draw;
 }
 
-struct PairAddress {
-  SceneSeed seed;
+// The facts on a pair in its frame.json.
+struct PairFacts {
+  SensorFrame frame;
   uint32_t rig = 0;
+  EyeMotion left;  // As its path moves it.
+  double baseline_m = 0;
 };
-absl::StatusOr<PairAddress> AddressOfFrame(const Json& json) {
+
+Vec3d VectorOf(const Json& json) {
+  const auto values = json.get<std::array<double, 3>>();
+  return {values[0], values[1], values[2]};
+}
+
+absl::StatusOr<PairFacts> FactsOfFrame(const Json& json) {
   const Json seeds = json.value("seeds", Json::object());
   const auto seed = SeedOf(seeds.value("scene", Json()));
   if (!seed || !json.contains("rig") || !json["rig"].is_number_unsigned()) {
     return DataLoss("frame.json says no seed or no rig");
   }
-  return PairAddress{SceneSeed{*seed}, json["rig"].get<uint32_t>()};
+  PairFacts facts;
+  try {
+    facts.rig = json.at("rig").get<uint32_t>();
+    facts.frame = {SceneSeed{*seed}, json.value("left_rig", facts.rig), 0};
+    facts.baseline_m = json.at("baseline_m").get<double>();
+    const Json& k = json.at("intrinsics");
+    facts.left.fx_px = k.at("fx").get<double>();
+    facts.left.fy_px = k.at("fy").get<double>();
+    facts.left.cx_px = k.at("cx").get<double>();
+    facts.left.cy_px = k.at("cy").get<double>();
+    if (!json.contains("sequence")) return facts;
+    const Json& sequence = json.at("sequence");
+    facts.frame.path = sequence.at("path").get<uint32_t>();
+    facts.left.velocity_m_s = VectorOf(sequence.at("velocity_m_s"));
+    facts.left.turn_rad_s = VectorOf(sequence.at("turn_rad_s"));
+  } catch (const Json::exception& error) {
+    return DataLoss("frame.json: {}", error.what());
+  }
+  return facts;
 }
 
-absl::StatusOr<ImageRgb8> TakeEye(const SensorDraw& draw, const PairAddress& pair, int eye,
+// The eyes are fixed to each other: a turn moves the right one as well.
+EyeMotion MotionOf(const SensorDraw& draw, const PairFacts& pair, int eye) {
+  EyeMotion motion = pair.left;
+  motion.exposure_s = 1e-3 * draw.exposure_ms;
+  motion.velocity_m_s += Vec3d(draw.shake_m_s.data());
+  motion.turn_rad_s += Vec3d(draw.shake_rad_s.data());
+  if (eye == 1) motion.velocity_m_s += motion.turn_rad_s.cross(Vec3d(pair.baseline_m, 0, 0));
+  return motion;
+}
+
+absl::StatusOr<ImageRgb8> TakeEye(const SensorDraw& draw, const PairFacts& pair, int eye,
                                   const PathOfFile& path_of) {
   LinearView view;
   absl::StatusOr<ImageF3> light = ReadExrRgb(path_of(kLinearFiles[eye]));
@@ -73,13 +114,15 @@ absl::StatusOr<ImageRgb8> TakeEye(const SensorDraw& draw, const PairAddress& pai
   }
   RETURN_IF_ERROR(light.status());
   view.light = *std::move(light);
-  if (draw.defocus_px > 0) {
+  view.motion = MotionOf(draw, pair, eye);
+  if (draw.defocus_px > 0 || !view.motion.IsStill()) {
     ASSIGN_OR_RETURN(view.depth_m, ReadExrY(path_of(kDepthFiles[eye])));
   }
-  return TakePicture(draw, {pair.seed, pair.rig, eye}, std::move(view));
+  const uint32_t rig = eye == 0 ? pair.frame.rig : pair.rig;
+  return TakePicture(draw, {pair.frame.seed, rig, eye}, std::move(view));
 }
 
-absl::StatusOr<SensorPictures> TakeBoth(const SensorDraw& draw, const PairAddress& pair,
+absl::StatusOr<SensorPictures> TakeBoth(const SensorDraw& draw, const PairFacts& pair,
                                         const PathOfFile& path_of) {
   absl::StatusOr<ImageRgb8> left = ImageRgb8(), right = ImageRgb8();
   tbb::parallel_invoke([&] { left = TakeEye(draw, pair, 0, path_of); },
@@ -93,7 +136,7 @@ absl::StatusOr<SensorPictures> TakeBoth(const SensorDraw& draw, const PairAddres
 
 std::vector<std::string> FilesForSensor(const v1::SensorConfig& config) {
   std::vector<std::string> names = {"frame.json", kLinearFiles[0], kLinearFiles[1]};
-  if (SupportOf(config.defocus_px()).high > 0) {
+  if (SupportOf(config.defocus_px()).high > 0 || SupportOf(config.exposure_ms()).high > 0) {
     names.insert(names.end(), {kDepthFiles[0], kDepthFiles[1]});
   }
   return names;
@@ -117,8 +160,8 @@ absl::StatusOr<std::map<std::string, std::string>> MakeSensorFiles(const v1::Sen
   ASSIGN_OR_RETURN(const std::string text, ReadFile(path_of("frame.json")));
   Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object()) return DataLoss("{}: not JSON", path_of("frame.json"));
-  ASSIGN_OR_RETURN(const PairAddress pair, AddressOfFrame(json));
-  const SensorDraw draw = DrawSensor(config, pair.seed, pair.rig);
+  ASSIGN_OR_RETURN(const PairFacts pair, FactsOfFrame(json));
+  const SensorDraw draw = DrawSensor(config, pair.frame);
   ASSIGN_OR_RETURN(const SensorPictures pictures, TakeBoth(draw, pair, path_of));
 
   json[kSensorEntry] = {{"key", key}, {"version", kSensorVersion}, {"preset", config.preset()}};
@@ -143,7 +186,7 @@ std::string SensorKeyOf(const Json& frame_json) {
 absl::StatusOr<SensorPictures> RepeatSensor(const Json& frame_json, const std::string& dir) {
   ASSIGN_OR_RETURN(const SensorDraw draw,
                    DrawOfJson(frame_json.value(kSensorEntry, Json::object())));
-  ASSIGN_OR_RETURN(const PairAddress pair, AddressOfFrame(frame_json));
+  ASSIGN_OR_RETURN(const PairFacts pair, FactsOfFrame(frame_json));
   return TakeBoth(draw, pair, [&dir](const std::string& name) { return dir + "/" + name; });
 }
 

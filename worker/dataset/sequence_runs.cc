@@ -26,6 +26,23 @@ absl::Status NoSequence(const DatasetFrame& frame, const std::string& what) {
       frame.dir, what);
 }
 
+// Where a frame stands, as its frame.json says.
+struct Place {
+  Way way;
+  std::optional<uint32_t> next;  // Rig.
+};
+
+absl::StatusOr<Place> PlaceOf(const DatasetFrame& frame) {
+  ASSIGN_OR_RETURN(const auto json, ReadFrameJson(frame.dir));
+  if (!json.contains("sequence")) return NoSequence(frame, "belongs to no sequence");
+  if (!frame.files.contains("flow_forward_left.exr")) return NoSequence(frame, "has no flow");
+  const auto& sequence = json.at("sequence");
+  const uint32_t eye = frame.rig - json.value("left_rig", frame.rig);
+  Place place{{frame.scene, eye, sequence.at("path").get<uint32_t>()}, std::nullopt};
+  if (!sequence.at("next").is_null()) place.next = sequence.at("next").get<uint32_t>();
+  return place;
+}
+
 }  // namespace
 
 absl::StatusOr<std::vector<SequenceRun>> FindRuns(const DatasetVariant& variant, bool unfiltered,
@@ -34,14 +51,9 @@ absl::StatusOr<std::vector<SequenceRun>> FindRuns(const DatasetVariant& variant,
   std::map<uint32_t, uint32_t> most_eyes;  // By scene.
   for (const DatasetFrame& frame : variant.frames) {
     if (!frame.passed && !unfiltered) continue;
-    ASSIGN_OR_RETURN(const auto json, ReadFrameJson(frame.dir));
-    if (!json.contains("sequence")) return NoSequence(frame, "belongs to no sequence");
-    if (!frame.files.contains("flow_forward_left.exr")) return NoSequence(frame, "has no flow");
-    const auto& sequence = json.at("sequence");
-    const uint32_t eye = frame.rig - json.value("left_rig", frame.rig);
-    Member member{&frame, std::nullopt};
-    if (!sequence.at("next").is_null()) member.next = sequence.at("next").get<uint32_t>();
-    ways[{frame.scene, eye, sequence.at("path").get<uint32_t>()}].push_back(member);
+    ASSIGN_OR_RETURN(const Place place, CatchJson(frame.dir, [&frame] { return PlaceOf(frame); }));
+    ways[place.way].push_back({&frame, place.next});
+    const uint32_t eye = std::get<1>(place.way);
     most_eyes[frame.scene] = std::max(most_eyes[frame.scene], eye);
   }
   std::vector<SequenceRun> runs;

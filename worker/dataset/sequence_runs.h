@@ -18,7 +18,8 @@ struct SequenceRun {
 
 // Finds the runs of a variant, in order of scene, baseline, path. `unfiltered`: frames that fail a
 // filter too. Adds the frames that have no neighbour to `single`. Errors: kFailedPrecondition for a
-// frame of no sequence or without flow maps; reading as ReadFrameJson.
+// frame of no sequence or without flow maps; kDataLoss for a damaged frame.json; reading as
+// ReadFrameJson.
 absl::StatusOr<std::vector<SequenceRun>> FindRuns(const DatasetVariant& variant, bool unfiltered,
                                                   int64_t& single);
 

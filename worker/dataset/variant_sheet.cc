@@ -60,6 +60,29 @@ double NearDisparity(const ImageF& disparity_px) {
   return *near;
 }
 
+// The scale that suits the variant with the largest disparities, so that other baselines show and
+// no picture is of one colour. 0 without disparity maps.
+absl::StatusOr<double> SharedScale(const Dataset& dataset, const FrameKey& key) {
+  double full_scale_px = 0;
+  for (const DatasetVariant& variant : dataset.variants) {
+    const std::string path = variant.dir + "/" + FramePath(key) + "/disparity_left.exr";
+    std::error_code error;
+    if (!std::filesystem::exists(path, error)) continue;
+    ASSIGN_OR_RETURN(const ImageF disparity_px, ReadExrY(path));
+    full_scale_px = std::max(full_scale_px, NearDisparity(disparity_px));
+  }
+  return full_scale_px;
+}
+
+// Draws a line as large as fits, from `size_px` downwards.
+void DrawFitted(Canvas& canvas, int y, const std::string& text, double size_px, const Rgb& color,
+                bool bold) {
+  constexpr double kLeastPx = 7;
+  const int width = canvas.image().width() - 2 * kVariantsMargin;
+  while (size_px > kLeastPx && Canvas::TextWidth(text, size_px) > width) size_px -= 0.5;
+  canvas.DrawText(kVariantsMargin, y, FitText(text, size_px, width), size_px, color, bold);
+}
+
 }  // namespace
 
 absl::StatusOr<VariantSheetResult> MakeVariantSheet(const std::string& dir,
@@ -92,18 +115,16 @@ absl::StatusOr<VariantSheetResult> MakeVariantSheet(const std::string& dir,
   const int block_height = kBlockTitle + rows * (tile_height + kLabel + kGap);
   Canvas canvas(2 * kVariantsMargin + columns * tile + (columns - 1) * kGap,
                 kTitle + static_cast<int>(blocks) * block_height + kVariantsMargin);
-  const std::string title =
-      std::filesystem::path(dataset.dir).filename().string() +
-      ": the same pair in each of its variants (left images; disparity to one scale)";
-  canvas.DrawText(kVariantsMargin, 38,
-                  FitText(title, 15, canvas.image().width() - 2 * kVariantsMargin), 15, kText,
-                  true);
+  const std::string name = std::filesystem::path(dataset.dir).filename();
+  DrawFitted(canvas, 32, name + ": the same pair in each of its variants", 15, kText, true);
+  DrawFitted(canvas, 52, "left images; disparities of a pair to one scale", 10, kFaint, false);
   for (size_t b = 0; b < blocks; ++b) {
     const FrameKey key = all[blocks == 1 ? 0 : b * (all.size() - 1) / (blocks - 1)];
     const int top = kTitle + static_cast<int>(b) * block_height;
     canvas.DrawText(kVariantsMargin, top + 20,
                     fmt::format("scene {}, rig {}", key.first, key.second), 11, kFaint);
-    double full_scale_px = 0;  // The first variant's, so that other baselines show.
+    ASSIGN_OR_RETURN(const double full_scale_px, SharedScale(dataset, key));
+    result.full_scale_px.push_back(full_scale_px);
     for (size_t v = 0; v < dataset.variants.size(); ++v) {
       const DatasetVariant& variant = dataset.variants[v];
       const int x = kVariantsMargin + static_cast<int>(v) % columns * (tile + kGap);
@@ -111,7 +132,6 @@ absl::StatusOr<VariantSheetResult> MakeVariantSheet(const std::string& dir,
           top + kBlockTitle + static_cast<int>(v) / columns * (tile_height + kLabel + kGap);
       ASSIGN_OR_RETURN(const FrameOnDisk frame, ReadFrame(variant.dir + "/" + FramePath(key)));
       canvas.DrawImage(x, y, tile, tile_height, frame.left);
-      if (full_scale_px <= 0) full_scale_px = NearDisparity(frame.left_disparity_px);
       if (full_scale_px > 0 && !frame.left_disparity_px.empty()) {
         const int width = tile / 3, height = tile_height / 3;
         const int right = x + tile - width, bottom = y + tile_height - height;

@@ -59,6 +59,16 @@ const std::vector<BenchmarkKind>& BenchmarkKinds() {
   return kinds;
 }
 
+std::vector<std::string> InstalledBenchmarks(const std::string& dir) {
+  std::vector<std::string> names;
+  if (dir.empty()) return names;
+  for (const BenchmarkKind& kind : BenchmarkKinds()) {
+    if (kind.takes_path || kind.name == kShippedBenchmark) continue;
+    if (OpenBenchmark(kind.name, dir).ok()) names.push_back(kind.name);
+  }
+  return names;
+}
+
 absl::StatusOr<Benchmark> OpenBenchmark(const std::string& what, const std::string& dir) {
   const size_t equals = what.find('='), colon = what.find(':');
   const bool named = equals != std::string::npos && equals < colon;
@@ -73,7 +83,7 @@ absl::StatusOr<Benchmark> OpenBenchmark(const std::string& what, const std::stri
   if (kind->takes_path && (!has_path || rest.back() == ':')) {
     return InvalidArgument("benchmark '{}': wanted {}:PATH", what, kind->name);
   }
-  if (!kind->takes_path && dir.empty() && kind->name != "shipped") {
+  if (!kind->takes_path && dir.empty() && kind->name != kShippedBenchmark) {
     return InvalidArgument("{}: the folder of benchmarks is not given", kind->name);
   }
   const std::string path = has_path ? rest.substr(kind_name.size() + 1) : dir;

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/base/ability_tags.h"
 #include "common/base/status.h"
 #include "common/image/image.h"
 #include "worker/evaluate/metrics.h"
@@ -64,6 +65,10 @@ const std::vector<BenchmarkKind>& BenchmarkKinds();
 
 // Where deploy/setup.sh puts the pairs that packages ship.
 inline constexpr char kShippedBenchmarksDir[] = "/opt/parallax/benchmarks";
+
+// Returns the names of the kinds without a path that can be opened in `dir`, in order; those that
+// Parallax installs are not among them. Looks for files and reads none.
+std::vector<std::string> InstalledBenchmarks(const std::string& dir);
 
 // Opens a benchmark. `what` is a kind's name, or KIND:PATH for kinds that take a path
 // ("list:pairs.txt"), or NAME=KIND:PATH to give it a name of its own; without one it is called

@@ -33,17 +33,28 @@ absl::StatusOr<std::string> ReducedPicture(const std::string& path, int shrink,
   return reduced;
 }
 
+// Errors: kCancelled once the evaluation is to stop.
+absl::Status CheckGoesOn(const Benchmark& benchmark, const EvaluateOptions& options) {
+  if (!options.cancel.cancelled()) return absl::OkStatus();
+  return Cancelled("{}: the evaluation was stopped", benchmark.name);
+}
+
 absl::StatusOr<std::vector<PredictionTask>> MakeTasks(const Benchmark& benchmark,
-                                                      const std::string& work_dir) {
+                                                      const std::string& work_dir,
+                                                      const EvaluateOptions& options) {
   std::vector<PredictionTask> tasks;
   std::error_code error;
   for (const BenchmarkPair& pair : benchmark.pairs) {
+    RETURN_IF_ERROR(CheckGoesOn(benchmark, options));
     PredictionTask task{.name = pair.name, .output = PredictionPath(work_dir, pair.name)};
     const std::string reduced = work_dir + "/" + pair.name;
     ASSIGN_OR_RETURN(task.left, ReducedPicture(pair.left, pair.shrink, reduced + "_left.png"));
     ASSIGN_OR_RETURN(task.right, ReducedPicture(pair.right, pair.shrink, reduced + "_right.png"));
     fs::remove(task.output, error);  // An old prediction may be another predictor's.
     tasks.push_back(std::move(task));
+    if (pair.shrink == 1) continue;
+    options.progress("shrink", static_cast<int>(tasks.size()),
+                     static_cast<int>(benchmark.pairs.size()));
   }
   return tasks;
 }
@@ -72,6 +83,25 @@ Tallies TallyGroup(const ImageF& predicted_px, const ImageF& truth_px, const Lab
     tallies[name == map.names.end() ? "unnamed" : name->second] += tally;
   }
   return tallies;
+}
+
+absl::StatusOr<std::vector<Scores>> ScoreAll(const Benchmark& benchmark,
+                                             const std::vector<PredictionTask>& tasks,
+                                             const EvaluateOptions& options) {
+  std::vector<Scores> images;
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    RETURN_IF_ERROR(CheckGoesOn(benchmark, options));
+    const BenchmarkPair& pair = benchmark.pairs[i];
+    ASSIGN_OR_RETURN(const PairTruth truth, pair.read_truth());
+    ASSIGN_OR_RETURN(const ImageF predicted_px, ReadPfm(tasks[i].output));
+    ASSIGN_OR_RETURN(Scores scores, ScorePair(pair.name, predicted_px, truth));
+    if (scores.regions["all"].pixels == 0) {
+      return DataLoss("{}: pair {} has no pixel with truth", benchmark.name, pair.name);
+    }
+    images.push_back(std::move(scores));
+    options.progress("score", static_cast<int>(i + 1), static_cast<int>(tasks.size()));
+  }
+  return images;
 }
 
 }  // namespace
@@ -116,13 +146,15 @@ absl::StatusOr<Evaluation> Evaluate(Predictor& predictor, const Benchmark& whole
   const int total = static_cast<int>(benchmark.pairs.size());
   const std::string work_dir = fs::absolute(options.work_dir).lexically_normal();
   RETURN_IF_ERROR(MakeFolder(work_dir));
-  ASSIGN_OR_RETURN(const std::vector<PredictionTask> tasks, MakeTasks(benchmark, work_dir));
+  ASSIGN_OR_RETURN(const std::vector<PredictionTask> tasks,
+                   MakeTasks(benchmark, work_dir, options));
 
   const SteadyTime start = options.clock->Steady();
-  PredictionContext context{.work_dir = work_dir,
-                            .cancel = options.cancel,
-                            .clock = options.clock,
-                            .progress = [&](int done) { options.progress(done, total); }};
+  PredictionContext context{
+      .work_dir = work_dir,
+      .cancel = options.cancel,
+      .clock = options.clock,
+      .progress = [&](int done) { options.progress("predict", done, total); }};
   RETURN_IF_ERROR(predictor.Predict(tasks, context));
   RETURN_IF_ERROR(CheckAllPredicted(predictor, tasks));
 
@@ -134,16 +166,7 @@ absl::StatusOr<Evaluation> Evaluate(Predictor& predictor, const Benchmark& whole
                         .run = options.run,
                         .predictor = predictor.name()};
   evaluation.seconds = std::chrono::duration<double>(options.clock->Steady() - start).count();
-  for (size_t i = 0; i < tasks.size(); ++i) {
-    const BenchmarkPair& pair = benchmark.pairs[i];
-    ASSIGN_OR_RETURN(const PairTruth truth, pair.read_truth());
-    ASSIGN_OR_RETURN(const ImageF predicted_px, ReadPfm(tasks[i].output));
-    ASSIGN_OR_RETURN(Scores scores, ScorePair(pair.name, predicted_px, truth));
-    if (scores.regions["all"].pixels == 0) {
-      return DataLoss("{}: pair {} has no pixel with truth", benchmark.name, pair.name);
-    }
-    evaluation.images.push_back(std::move(scores));
-  }
+  ASSIGN_OR_RETURN(evaluation.images, ScoreAll(benchmark, tasks, options));
   std::error_code error;
   for (const PredictionTask& task : tasks) {
     if (!options.keep_predictions) fs::remove(task.output, error);

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 
 #include "common/base/cancel.h"
 #include "common/base/clock.h"
@@ -21,7 +22,9 @@ struct EvaluateOptions {
   int max_pairs = 0;  // Limit, spread evenly over the benchmark's pairs; 0: all.
   CancelToken cancel;
   Clock* clock = &Clock::System();
-  std::function<void(int done, int total)> progress = [](int, int) {};  // Pairs predicted.
+  // Told the number of pairs that a stage is done with: "shrink", "predict", then "score".
+  std::function<void(std::string_view stage, int done, int total)> progress = [](std::string_view,
+                                                                                 int, int) {};
 };
 
 // Predicts all pairs, then scores each against its truth. Nothing is scored unless every pair has a
@@ -29,7 +32,8 @@ struct EvaluateOptions {
 //
 // Errors: as the predictor's; kNotFound naming the first pair without a prediction;
 // kInvalidArgument for a prediction of another size than its picture, and for pictures and truth
-// that don't fit; kDataLoss for a map of truth in which nothing is known; reading as ReadTruth.
+// that don't fit; kDataLoss for a map of truth in which nothing is known; kCancelled in each stage;
+// reading as ReadTruth.
 absl::StatusOr<Evaluation> Evaluate(Predictor& predictor, const Benchmark& benchmark,
                                     const EvaluateOptions& options);
 

@@ -15,6 +15,8 @@ namespace {
 using RowKey = std::pair<std::string, std::string>;                // Variant, trainer.
 using Runs = std::map<std::optional<int64_t>, const Evaluation*>;  // By seed.
 
+bool HasSeeds(const Runs& runs) { return runs.begin()->first.has_value(); }
+
 std::string Describe(const Evaluation& evaluation) {
   const RunIdentity& run = evaluation.run;
   return "variant " + run.variant + ", trainer " + run.trainer +
@@ -81,6 +83,7 @@ absl::StatusOr<TableFigure> MakeFigure(const Metric& metric, const Runs& runs,
 absl::StatusOr<TableCell> MakeCell(const Runs& runs, const BootstrapOptions& options) {
   const Evaluation& any = *runs.begin()->second;
   TableCell cell;
+  cell.seeds = HasSeeds(runs) ? static_cast<int>(runs.size()) : 0;
   cell.pairs_published = any.pairs_published;
   cell.mimics = any.mimics;
   ASSIGN_OR_RETURN(cell.headline, MakeFigure(any.headline, runs, options));
@@ -96,8 +99,6 @@ absl::StatusOr<TableCell> MakeCell(const Runs& runs, const BootstrapOptions& opt
 struct PairedRuns {
   std::vector<const Evaluation*> a, b;
 };
-
-bool HasSeeds(const Runs& runs) { return runs.begin()->first.has_value(); }
 
 PairedRuns PairBySeed(const Runs& a, const Runs& b) {
   PairedRuns paired;
@@ -241,12 +242,29 @@ absl::Status AddComparisons(const Collection& collection, const RowKey& key, con
   return absl::OkStatus();
 }
 
+// Names the rows that have fewer seeds on a benchmark than elsewhere.
+void AddSeedNotes(ResultTable& table) {
+  for (const std::string& benchmark : table.benchmarks) {
+    std::string rows;
+    for (const TableRow& row : table.rows) {
+      const auto cell = row.cells.find(benchmark);
+      if (cell == row.cells.end() || cell->second.seeds >= row.seeds) continue;
+      rows += fmt::format("{}{} ({} of {})", rows.empty() ? "" : ", ", row.variant,
+                          cell->second.seeds, row.seeds);
+    }
+    if (!rows.empty()) {
+      table.notes.push_back(benchmark + ": fewer seeds than on other benchmarks for rows " + rows +
+                            ".");
+    }
+  }
+}
+
 void AddNotes(ResultTable& table) {
   std::set<std::string> told;
   bool single_seed = false;
   for (const TableRow& row : table.rows) {
-    single_seed = single_seed || row.seeds == 1;
     for (const auto& [benchmark, cell] : row.cells) {
+      single_seed = single_seed || cell.seeds == 1;
       if (cell.pairs_published > 0 && cell.headline.pairs != cell.pairs_published &&
           told.insert(benchmark).second) {
         table.notes.push_back(fmt::format(
@@ -258,6 +276,7 @@ void AddNotes(ResultTable& table) {
       }
     }
   }
+  AddSeedNotes(table);
   if (single_seed) {
     table.notes.push_back(
         "Rows with one seed: the spread between seeds is not known, so they are not told apart.");

@@ -25,6 +25,7 @@ struct TableFigure {
 struct TableCell {
   TableFigure headline;
   std::vector<TableFigure> others;  // The benchmark's further figures.
+  int seeds = 0;                    // Seeds scored on this benchmark; at most those of the row.
   int pairs_published = 0;          // Size of the whole benchmark; 0 where that isn't fixed.
   std::string mimics;
 };
@@ -32,7 +33,8 @@ struct TableCell {
 // One (variant, trainer).
 struct TableRow {
   std::string variant, trainer;
-  int seeds = 0;                           // 0: the predictor needs no training.
+  // Seeds scored on any benchmark. 0: the predictor needs no training.
+  int seeds = 0;
   std::map<std::string, TableCell> cells;  // By benchmark.
 };
 
@@ -49,7 +51,8 @@ struct ResultTable {
   std::vector<std::string> benchmarks;  // Columns, in order.
   std::vector<TableRow> rows;
   std::vector<TableComparison> comparisons;  // Each row against its baseline.
-  std::vector<std::string> notes;  // One sentence each: incomplete benchmarks, single seeds.
+  // One sentence each: incomplete benchmarks, missing and single seeds.
+  std::vector<std::string> notes;
 };
 
 // The baseline and the order of rows.

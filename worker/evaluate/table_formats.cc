@@ -54,9 +54,7 @@ std::string VerdictText(const Comparison& comparison) {
   return text;
 }
 
-std::string SeedsText(const TableRow& row) {
-  return row.seeds == 0 ? "-" : std::to_string(row.seeds);
-}
+std::string SeedsText(int seeds) { return seeds == 0 ? "-" : std::to_string(seeds); }
 
 // A grid of cells whose first row is the heading.
 using Grid = std::vector<std::vector<std::string>>;
@@ -95,7 +93,7 @@ Grid BenchmarkGrid(const ResultTable& table, const std::string& benchmark) {
       for (const TableFigure& figure : cell->second.others) grid[0].push_back(figure.metric);
       grid[0].push_back("against the baseline");
     }
-    std::vector<std::string> line = {row.variant, row.trainer, SeedsText(row),
+    std::vector<std::string> line = {row.variant, row.trainer, SeedsText(cell->second.seeds),
                                      FigureText(cell->second.headline)};
     for (const TableFigure& figure : cell->second.others) line.push_back(FigureText(figure));
     const TableComparison* comparison = FindComparison(table, row, benchmark);
@@ -136,7 +134,7 @@ Grid WideGrid(const ResultTable& table, const char* better, const char* worse) {
     grid[0].push_back(benchmark + " " + AnyCell(table, benchmark).headline.metric);
   }
   for (const TableRow& row : table.rows) {
-    std::vector<std::string> line = {row.variant, row.trainer, SeedsText(row)};
+    std::vector<std::string> line = {row.variant, row.trainer, SeedsText(row.seeds)};
     for (const std::string& benchmark : table.benchmarks) {
       const auto cell = row.cells.find(benchmark);
       std::string text = cell == row.cells.end() ? "" : FigureText(cell->second.headline);
@@ -220,13 +218,14 @@ std::string CsvField(const std::string& text) {
 
 // A line a figure, so that spreadsheets and data frames can pivot it.
 std::string Csv(const ResultTable& table) {
-  std::string text = "variant,trainer,seeds,benchmark,metric,value,low,high,pairs,verdict\n";
+  std::string text =
+      "variant,trainer,seeds,benchmark,metric,value,low,high,pairs,verdict,benchmark_seeds\n";
   const auto line = [&](const TableRow& row, const std::string& benchmark,
                         const TableFigure& figure, const std::string& verdict) {
-    text += fmt::format("{},{},{},{},{},{:.6g},{:.6g},{:.6g},{},{}\n", CsvField(row.variant),
+    text += fmt::format("{},{},{},{},{},{:.6g},{:.6g},{:.6g},{},{},{}\n", CsvField(row.variant),
                         CsvField(row.trainer), row.seeds, CsvField(benchmark),
                         CsvField(figure.metric), figure.interval.value, figure.interval.low,
-                        figure.interval.high, figure.pairs, verdict);
+                        figure.interval.high, figure.pairs, verdict, row.cells.at(benchmark).seeds);
   };
   for (const TableRow& row : table.rows) {
     for (const auto& [benchmark, cell] : row.cells) {
@@ -272,6 +271,7 @@ std::string JsonText(const ResultTable& table) {
       const auto cell = row.cells.find(benchmark);
       if (cell == row.cells.end()) continue;
       benchmarks[benchmark] = FigureJson(cell->second.headline);
+      benchmarks[benchmark]["seeds"] = cell->second.seeds;
       Json others = Json::array();
       for (const TableFigure& figure : cell->second.others) others.push_back(FigureJson(figure));
       benchmarks[benchmark]["others"] = std::move(others);

@@ -18,9 +18,16 @@ struct SkyPortal {
   float depth_m = 0;  // Thickness of the wall around it; closings (panes, doors) lie within.
 };
 
-// A space that the sky lights only through its portals.
+// The points with normal . p <= offset.
+struct HalfSpace {
+  Vec3f normal;  // Unit.
+  float offset = 0;
+};
+
+// A space that the sky lights only through its portals: the part of the box within all half-spaces.
 struct SkyEnclosure {
   Box3f box;
+  std::vector<HalfSpace> within;  // For spaces that stand askew in their box.
   std::vector<SkyPortal> portals;
 };
 

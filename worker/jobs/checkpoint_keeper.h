@@ -54,6 +54,9 @@ class CheckpointKeeper {
   // Stores a checkpoint durably, and removes older ones except the last and those for the curve.
   // Errors: those of Store::PutFile.
   absl::Status Put(const CheckpointFacts& facts, const std::string& path, const std::string& curve);
+  // Leaves all stored checkpoints as they are, but counts them as older attempts' from now on, so
+  // that others of the same steps may take their places.
+  void Forget() { kept_.clear(); }
   // Removes all checkpoints. Best effort.
   void RemoveAll();
 

@@ -119,8 +119,8 @@ class EvaluateAttempt {
     options.keep_predictions = true;
     options.max_pairs = job_.max_pairs();
     options.cancel = cancel_;
-    options.progress = [this](int done, int total) {
-      progress_(static_cast<double>(done) / std::max(1, total), "predict",
+    options.progress = [this](std::string_view stage, int done, int total) {
+      progress_(static_cast<double>(done) / std::max(1, total), stage,
                 {{"pairs", static_cast<double>(done)}});
     };
     return options;
@@ -139,6 +139,8 @@ class EvaluateAttempt {
     result.set_metric(MetricName(evaluation.headline));
     result.set_value(FigureOf(evaluation.headline, evaluation));
     result.set_predict_s(evaluation.seconds);
+    const auto found = static_cast<int64_t>(benchmark.pairs.size());
+    result.set_pairs_missing(std::max<int64_t>(0, benchmark.pairs_published - found));
     return JobOutcome{result.SerializeAsString(), kept_.outputs()};
   }
 

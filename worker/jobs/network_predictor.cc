@@ -26,12 +26,11 @@ absl::StatusOr<std::string> BringNetwork(const StoredNetwork& network, const Sto
 absl::StatusOr<std::unique_ptr<Predictor>> OpenStoredNetwork(const StoredNetwork& network,
                                                              const InstalledTrainers& trainers,
                                                              const Store& store,
-                                                             const std::string& dir, int threads) {
+                                                             const std::string& given_dir,
+                                                             int threads) {
+  const std::string dir = std::filesystem::absolute(given_dir).lexically_normal();
   ASSIGN_OR_RETURN(const InstalledTrainer trainer, trainers.Find(network.trainer));
   const TrainerContract& contract = trainer.contract;
-  if (contract.predictor != PredictorKind::kCommand) {
-    return Unimplemented("trainer {}: only a command can predict here", network.trainer);
-  }
   ASSIGN_OR_RETURN(const std::string checkpoint, BringNetwork(network, store, dir));
   CommandValues values;
   values.values = {{"checkpoint", checkpoint},
@@ -45,7 +44,10 @@ absl::StatusOr<std::unique_ptr<Predictor>> OpenStoredNetwork(const StoredNetwork
     words.insert(words.begin(), contract.environment.begin(), contract.environment.end());
     words.insert(words.begin(), "env");
   }
-  return MakeCommandPredictor({.command = CommandOfWords(words), .name = network.trainer});
+  ASSIGN_OR_RETURN(const auto directory, ExpandCommand({contract.directory}, values));
+  return MakeCommandPredictor({.command = CommandOfWords(words),
+                               .name = network.trainer,
+                               .directory = contract.directory.empty() ? dir : directory.at(0)});
 }
 
 }  // namespace parallax

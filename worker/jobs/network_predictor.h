@@ -20,11 +20,11 @@ struct StoredNetwork {
 };
 
 // Copies the network's file into `dir`, which exists, and returns a predictor that uses `threads`
-// threads and keeps its own files in `dir`.
+// threads and keeps its own files in `dir`. Its command runs in the trainer's `directory`, by
+// default in `dir`.
 //
-// Errors: kUnimplemented for a trainer without a command that predicts; kDataLoss for a file whose
-// hash differs from the trained network's; those of InstalledTrainers::Find, CommandToRun and the
-// store.
+// Errors: kDataLoss for a file whose hash differs from the trained network's; those of
+// InstalledTrainers::Find, CommandToRun and the store.
 absl::StatusOr<std::unique_ptr<Predictor>> OpenStoredNetwork(const StoredNetwork& network,
                                                              const InstalledTrainers& trainers,
                                                              const Store& store,

@@ -101,13 +101,12 @@ class TrainAttempt {
     ASSIGN_OR_RETURN(const TrainingDataFolder data,
                      MakeTrainingData(job_, plan_.trainer.contract, DataOptions(curator.get())));
     plan_.data = data.parts;
-    RETURN_IF_ERROR(FindResumePoint());
+    RETURN_IF_ERROR(FindResumePoint(plan_.steps));
     if (!job_.curated()) {
       ASSIGN_OR_RETURN(cores, TakeCores());
     }
     progress_(0, "train");
-    ASSIGN_OR_RETURN(const TrainedNetwork trained,
-                     RunTrainer(plan_, resume_, keeper_, cancel_, progress_));
+    ASSIGN_OR_RETURN(const TrainedNetwork trained, TrainFromNewest());
     progress_(1, "keep");
     return Keep(trained, data);
   }
@@ -135,13 +134,54 @@ class TrainAttempt {
             .curator = {job_.curator().sha256(), curator}};
   }
 
-  // The newest checkpoint of earlier attempts that is whole, and those for learning curves before
-  // it; all of them are put under this attempt, since the others' folders may be removed any time.
-  absl::Status FindResumePoint() {
+  // Trains from the resume point. Where the trainer fails before it has told of a step beyond it,
+  // the checkpoint may be at fault: the next older one is tried, and at last the start.
+  absl::StatusOr<TrainedNetwork> TrainFromNewest() {
+    while (true) {
+      int64_t told_step = 0;
+      const JobProgressFn progress = [&](double fraction, std::string_view stage,
+                                         const JobFigures& figures) {
+        const auto step = figures.find("step");
+        if (step != figures.end()) told_step = static_cast<int64_t>(step->second);
+        progress_(fraction, stage, figures);
+      };
+      absl::StatusOr<TrainedNetwork> trained =
+          RunTrainer(plan_, resume_, keeper_, cancel_, progress);
+      const bool went_on = !resume_ || told_step > resume_->facts.step;
+      if (trained.ok() || went_on || !MayBeTheCheckpoint(trained.status())) return trained;
+      LogWarning("a trainer can't go on from a checkpoint; an older one is tried",
+                 {{"trainer", job_.trainer()},
+                  {"step", resume_->facts.step},
+                  {"error", std::string(ToStd(trained.status().message()))}});
+      RETURN_IF_ERROR(StepBack());
+    }
+  }
+
+  // Whether an error may be that of the checkpoint: not a stop, no lost training and no lack of
+  // memory, which have codes of their own.
+  bool MayBeTheCheckpoint(const absl::Status& status) const {
+    return !cancel_.cancelled() && (absl::IsInternal(status) || absl::IsAborted(status));
+  }
+
+  absl::Status StepBack() {
+    std::error_code error;
+    fs::remove_all(plan_.work_dir + "/out", error);
+    if (error) return ErrnoError(error.value(), "remove " + plan_.work_dir + "/out");
+    const int64_t failed_step = resume_->facts.step;
+    keeper_.Forget();
+    return FindResumePoint(failed_step);
+  }
+
+  // Finds the newest checkpoint of earlier attempts before step `before` that is whole, and those
+  // for learning curves before it; all of them are put under this attempt, since the others'
+  // folders may be removed any time.
+  absl::Status FindResumePoint(int64_t before) {
+    resume_.reset();
+    earlier_.clear();
     if (plan_.trainer.contract.resume.empty()) return absl::OkStatus();
     ASSIGN_OR_RETURN(const auto left, ListCheckpoints(*folder_.store, job_.resume_folder()));
     for (size_t i = left.size(); i-- > 0 && !resume_;) {
-      if (left[i].facts.step >= plan_.steps) continue;
+      if (left[i].facts.step >= before) continue;
       ResumePoint point{.facts = left[i].facts, .path = PathOf(left[i].facts)};
       const absl::Status fetched =
           FetchCheckpoint(*folder_.store, left[i], point.path, &point.curve);

@@ -77,7 +77,8 @@ class Training {
         log_(plan.work_dir + "/log.txt"),
         reader_(log_),
         curve_(resume ? CurveUpTo(resume->curve, resume->facts.step) : kCurveHead),
-        earlier_s_(resume ? resume->facts.train_s : 0) {
+        earlier_s_(resume ? resume->facts.train_s : 0),
+        can_resume_(!contract_.resume.empty()) {
     if (resume) step_ = taken_step_ = resume->facts.step;
   }
 
@@ -202,19 +203,25 @@ class Training {
               "train", figures);
   }
 
-  // Terminates it, so that it can write where it stands, and kills what hasn't ended in time.
+  // Terminates it, so that it can write where it stands, and kills what hasn't ended in time. The
+  // newest file of a trainer that a signal has ended may be half a checkpoint.
   absl::Status Stop(ChildProcess& child) {
     child.Terminate();
     const SteadyTime told = plan_.clock->Steady();
     while (!child.Poll() && SecondsSince(told) < kStop_s) std::this_thread::sleep_for(kPoll);
+    const std::optional<int> ended = child.Poll();
     child.Kill();
-    TakeCheckpoints(/*settled=*/true).IgnoreError();  // If it can't be kept, an older one is there.
+    // If a checkpoint can't be kept, an older one is there.
+    TakeCheckpoints(/*settled=*/ended && WIFEXITED(*ended)).IgnoreError();
     return Cancelled("while it trained");
   }
 
   // ---- Checkpoints
+  // Takes the new checkpoints in order of steps. With `settled` all files are whole; else those
+  // are that have kept still for a while.
   absl::Status TakeCheckpoints(bool settled) {
-    if (contract_.checkpoint_pattern.empty() || contract_.resume.empty()) return absl::OkStatus();
+    if (contract_.checkpoint_pattern.empty()) return absl::OkStatus();
+    if (!can_resume_ && plan_.checkpoints < 2) return absl::OkStatus();
     const fs::path pattern(contract_.checkpoint_pattern);
     const fs::path folder = fs::path(out_) / pattern.parent_path();
     std::map<int64_t, fs::path> found;
@@ -237,19 +244,25 @@ class Training {
   }
 
   absl::Status Take(int64_t step, const fs::path& path) {
+    const int64_t next_for_curve = NextForCurve(taken_step_);
+    const bool for_curve = next_for_curve > 0 && step >= next_for_curve;
+    if (can_resume_) RETURN_IF_ERROR(KeepForResume(step, path, for_curve));
+    if (for_curve) for_curve_.push_back({step, path});
+    taken_step_ = step;
+    return absl::OkStatus();
+  }
+
+  // Puts a checkpoint into the store, for attempts that go on from it.
+  absl::Status KeepForResume(int64_t step, const fs::path& path, bool for_curve) {
     CheckpointFacts facts;
     facts.step = step;
     facts.name = path.filename();
+    facts.for_curve = for_curve;
     facts.train_s = TrainSeconds();
     std::error_code error;
     facts.size = static_cast<int64_t>(fs::file_size(path, error));
     ASSIGN_OR_RETURN(facts.sha256, Sha256HexOfFile(path));
-    const int64_t next_for_curve = NextForCurve(taken_step_);
-    facts.for_curve = next_for_curve > 0 && step >= next_for_curve;
-    RETURN_IF_ERROR(keeper_.Put(facts, path, CurveUpTo(curve_, step)));
-    if (facts.for_curve) for_curve_.push_back({step, path});
-    taken_step_ = step;
-    return absl::OkStatus();
+    return keeper_.Put(facts, path, CurveUpTo(curve_, step));
   }
 
   // The first step after `step` at which a checkpoint is kept for learning curves; 0: none.
@@ -330,6 +343,7 @@ class Training {
   std::string curve_;
   std::string lost_;  // Why the training makes no sense any more.
   const double earlier_s_;
+  const bool can_resume_;
   SteadyTime began_{};
   int64_t step_ = 0, taken_step_ = 0;
   double loss_ = 0;

@@ -59,17 +59,27 @@ absl::StatusOr<std::string> HashOf(const std::string& path) {
   return hash;
 }
 
+// Returns the files below `dir` with these endings, in no order and without hashes. A `dir` that is
+// no folder has none.
+absl::StatusOr<std::vector<FolderFile>> NamesBelow(const std::string& dir,
+                                                   std::span<const std::string_view> endings) {
+  std::vector<FolderFile> files;
+  std::error_code error, of_file;
+  if (!fs::is_directory(dir, of_file)) return files;
+  fs::recursive_directory_iterator at(dir, error);
+  for (const fs::recursive_directory_iterator end; !error && at != end; at.increment(error)) {
+    if (!at->is_regular_file(of_file) || !EndsIn(at->path(), endings)) continue;
+    files.push_back({at->path().lexically_relative(dir).string(), ""});
+  }
+  if (error) return ErrnoError(error.value(), "walk " + dir);
+  return files;
+}
+
 }  // namespace
 
 absl::StatusOr<std::vector<FolderFile>> ReadContentFolder(
     const std::string& dir, std::span<const std::string_view> endings) {
-  std::vector<FolderFile> files;
-  std::error_code error;
-  for (fs::recursive_directory_iterator at(dir, error), end; !error && at != end;
-       at.increment(error)) {
-    if (!at->is_regular_file(error) || !EndsIn(at->path(), endings)) continue;
-    files.push_back({at->path().lexically_relative(dir).string(), ""});
-  }
+  ASSIGN_OR_RETURN(std::vector<FolderFile> files, NamesBelow(dir, endings));
   if (files.empty()) {
     std::string wanted;
     for (const std::string_view ending : endings) {

@@ -21,7 +21,7 @@ struct FolderFile {
 
 // Returns the pictures in `dir` and the folders below it, sorted by name. A process reads a file
 // again only when its size or one of its times has changed. Errors: kNotFound when there is no such
-// folder or no picture in it; those of ReadFile.
+// folder or no picture in it; those of reading folders and of ReadFile.
 absl::StatusOr<std::vector<FolderFile>> ReadPictureFolder(const std::string& dir);
 
 // Returns all files in `dir` and below it whose names end in one of `endings` (".png"; ignoring

@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 
 #include "common/base/file.h"
 #include "common/base/hash.h"
@@ -19,7 +20,8 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kSetPictures[] = {".png", ".jpg", ".jpeg"};
 
-enum class PictureRole { kAlbedo, kRoughness, kMetallic, kNormal, kNormalDown };
+// kUnused: a map that nothing here reads. Its number comes last, for seeds count the others'.
+enum class PictureRole { kAlbedo, kRoughness, kMetallic, kNormal, kNormalDown, kUnused };
 
 std::optional<PictureRole> PictureRoleOf(std::string_view word) {
   static const auto& roles = *new std::map<std::string_view, PictureRole>{
@@ -32,9 +34,35 @@ std::optional<PictureRole> PictureRoleOf(std::string_view word) {
       {"normal", PictureRole::kNormal},      {"normalgl", PictureRole::kNormal},
       {"nor", PictureRole::kNormal},         {"nrm", PictureRole::kNormal},
       {"norm", PictureRole::kNormal},        {"normaldx", PictureRole::kNormalDown}};
+  // Maps of the usual libraries: occlusion, relief, shine, transparency, light, several in one.
+  static const auto& unused = *new std::set<std::string_view>{"ao",           "ambientocclusion",
+                                                              "occlusion",    "occ",
+                                                              "cavity",       "curvature",
+                                                              "disp",         "displacement",
+                                                              "height",       "bump",
+                                                              "spec",         "specular",
+                                                              "gloss",        "glossiness",
+                                                              "reflection",   "opacity",
+                                                              "alpha",        "mask",
+                                                              "emissive",     "emission",
+                                                              "translucency", "thickness",
+                                                              "subsurface",   "sss",
+                                                              "arm",          "orm",
+                                                              "rma",          "mra",
+                                                              "ior",          "sheen"};
   const auto found = roles.find(word);
-  if (found == roles.end()) return std::nullopt;
-  return found->second;
+  if (found != roles.end()) return found->second;
+  if (unused.contains(word)) return PictureRole::kUnused;
+  return std::nullopt;
+}
+
+// Whether the word may follow the one that tells a picture's content: a size or number ("1k",
+// "02"), the direction of a normal's y, a format.
+bool MayFollowRole(const std::string& word) {
+  static const auto& words = *new std::set<std::string_view>{
+      "gl", "dx", "opengl", "directx", "png", "jpg", "jpeg", "map", "tex", "texture"};
+  return words.contains(word) || std::any_of(word.begin(), word.end(),
+                                             [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
 // "Brick_Wall-1k" -> brick, wall, 1k.
@@ -54,12 +82,14 @@ struct NamedPicture {
   std::string set;  // With its folder.
   PictureRole role;
 };
-// Nothing for a name that says no role.
+// Nothing for a name that says no role, or one that is not used. Only the last words say it: a
+// set's own name may have such a word, as "rough_block_wall" has.
 std::optional<NamedPicture> ParseSetName(const std::string& name) {
   std::vector<std::string> words = WordsOfName(fs::path(name).stem().string());
   for (size_t i = words.size(); i-- > 0;) {
     std::optional<PictureRole> role = PictureRoleOf(words[i]);
-    if (!role) continue;
+    if (!role && MayFollowRole(words[i])) continue;
+    if (!role || role == PictureRole::kUnused) return std::nullopt;
     words.erase(words.begin() + static_cast<std::ptrdiff_t>(i));
     // The direction of a normal's y: "nor_gl", "nor_dx".
     if (*role == PictureRole::kNormal && i < words.size() &&
@@ -138,6 +168,9 @@ absl::StatusOr<PbrPictures> ReadSet(const SetPlace& place) {
         break;
       case PictureRole::kNormal:
         pictures.normal = std::move(image);
+        break;
+      case PictureRole::kUnused:
+        break;
     }
   }
   return pictures;

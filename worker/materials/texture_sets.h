@@ -30,11 +30,13 @@ struct TextureFolder {
 };
 
 // Finds the sets in `dir` and the folders below it, and keeps their paths in this process for
-// MakeOwnTexture. A picture's content is told by the last word of its name (ignoring case) that is
-// one of these; pictures without such a word are skipped:
+// MakeOwnTexture. A picture's content is told by the last word of its name (ignoring case), or the
+// last before sizes, numbers, "gl" or "dx", and formats, as in "brick_nor_gl_1k":
 //   albedo, basecolor, color, colour, col, diffuse, diff      needed
 //   roughness, rough     metallic, metalness, metal
 //   normal, normalgl, nor, nrm, norm, normaldx                dx: y points down
+// Other pictures are skipped: those of other maps (ao, arm, disp, height, spec, opacity...) and
+// those whose last word says nothing.
 // Errors: kNotFound when no set is there; kInvalidArgument naming a set without its albedo; those
 // of ReadContentFolder.
 absl::StatusOr<TextureFolder> ReadTextureFolder(const std::string& dir);

@@ -4,12 +4,6 @@
 namespace parallax {
 namespace {
 
-Mask8 Contains(const Box3f& box, const Vec3x8& p) {
-  const Vec3x8 low = Vec3x8(box.min()), high = Vec3x8(box.max());
-  return (p.x >= low.x) & (p.x <= high.x) & (p.y >= low.y) & (p.y <= high.y) & (p.z >= low.z) &
-         (p.z <= high.z);
-}
-
 // Luminance of what the lamp sends to each position, before occlusion.
 Float8 LampImportance(const Lamp& lamp, const Vec3x8& position) {
   const Vec3x8 from = position - Vec3x8(lamp.center);
@@ -93,7 +87,7 @@ void LightSampler::Choose(const LightQueries8& queries, std::vector<Float8>* scr
   *choices = {Int8{}, Splat(0), Int8{}};
   Mask8 left = FirstLanes(queries.count);
   for (size_t room = 0; room < table_->enclosures().size() && Any(left); ++room) {
-    const Mask8 members = left & Contains(table_->enclosures()[room].box, queries.position);
+    const Mask8 members = left & table_->enclosures()[room].Holds(queries.position);
     if (!Any(members)) continue;
     ChooseIn(static_cast<int32_t>(room), members, queries, scratch, receivers, choices);
     left &= ~members;

@@ -26,7 +26,7 @@ void LearnSpots(std::span<const std::vector<LightSeen>> seen, LightTable* lights
   for (const std::vector<LightSeen>& some : seen) {
     for (const LightSeen& one : some) {
       for (Enclosure& enclosure : enclosures) {
-        if (!enclosure.box.contains(one.position)) continue;
+        if (!enclosure.Holds(one.position)) continue;
         enclosure.spots.Add(one.position, one.normal, one.radiance);
         break;
       }

@@ -5,20 +5,37 @@
 namespace parallax {
 namespace {
 
-// Whether light passes through the opening somewhere. A closed door's is not worth samples.
+Mask8 Contains(const Box3f& box, const Vec3x8& p) {
+  const Vec3x8 low = Vec3x8(box.min()), high = Vec3x8(box.max());
+  return (p.x >= low.x) & (p.x <= high.x) & (p.y >= low.y) & (p.y <= high.y) & (p.z >= low.z) &
+         (p.z <= high.z);
+}
+
+// Whether skylight passes through the opening somewhere. A closed door's is not worth samples. Hills
+// and trees may stand before an opening, so that rays that rise count as well.
 bool IsOpen(const SkyPortal& way, const RenderScene& geometry) {
   constexpr int kProbes = 8;
-  bool open = false;
-  for (int i = 0; i < kProbes * kProbes && !open; ++i) {
-    const Vec3f p = way.corner + way.edge_u * ((static_cast<float>(i % kProbes) + 0.5f) / kProbes) +
-                    way.edge_v * ((static_cast<float>(i / kProbes) + 0.5f) / kProbes);
-    open = geometry.Transmittance(p - way.normal * (way.depth_m + 0.05f), way.normal, 1e3f)
-               .maxCoeff() > 0.0f;
+  constexpr float kRises[] = {0.0f, 0.35f, 1.0f};  // Up against out.
+  for (const float rise : kRises) {
+    const Vec3f out = (way.normal + rise * Vec3f::UnitZ()).normalized();
+    for (int i = 0; i < kProbes * kProbes; ++i) {
+      const Vec3f p = way.corner +
+                      way.edge_u * ((static_cast<float>(i % kProbes) + 0.5f) / kProbes) +
+                      way.edge_v * ((static_cast<float>(i / kProbes) + 0.5f) / kProbes);
+      const Vec3f inside = p - way.normal * (way.depth_m + 0.05f);
+      if (geometry.Transmittance(inside, out, 1e3f).maxCoeff() > 0.0f) return true;
+    }
   }
-  return open;
+  return false;
 }
 
 }  // namespace
+
+Mask8 Enclosure::Holds(const Vec3x8& points) const {
+  Mask8 held = Contains(box, points);
+  for (const HalfSpace& half : within) held &= Dot(points, Vec3x8(half.normal)) <= half.offset;
+  return held;
+}
 
 absl::StatusOr<LightTable> LightTable::Build(const v1::Scene& scene, const RenderScene& geometry) {
   LightTable table;
@@ -99,6 +116,7 @@ void LightTable::AddFaces(const v1::Light& light, const RenderScene& geometry, u
 void LightTable::AddEnclosure(const SkyEnclosure& from, const RenderScene& geometry) {
   Enclosure enclosure;
   enclosure.box = from.box;
+  enclosure.within = from.within;
   for (const SkyPortal& way : from.portals) {
     const Portal portal{way.corner, way.edge_u, way.edge_v, way.normal,
                         way.edge_u.cross(way.edge_v).norm()};

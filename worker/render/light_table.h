@@ -37,10 +37,15 @@ struct SunWindow {
 // A room up to the outer faces of its walls: a SkyEnclosure with the data for sampling.
 struct Enclosure {
   Box3f box;
+  std::vector<HalfSpace> within;
   std::vector<Portal> portals;
   std::vector<SunWindow> sun_windows;  // Portals that face the sun.
   LightGains gains;                    // Gains of lamps, portals and sun.
   BrightSpots spots;                   // Bright spots of its surfaces.
+
+  // Return which points it holds.
+  Mask8 Holds(const Vec3x8& points) const;
+  bool Holds(const Vec3f& point) const { return Holds(Vec3x8(point))[0] != 0; }
 };
 
 // The table of a scene's lights. A light's index at a point counts lamps first, then the portals of

@@ -403,6 +403,7 @@ void PathTracer::ContinuePaths(const PathVertex8& vertex, const BsdfSample8& nex
   walks.throughput.Put(vertex.block, Select(vertex.here, throughput * next.weight, throughput));
   const Mask8 straight = vertex.here & next.straight;
   if (Any(straight)) Pass(vertex.block, straight, vertex.at.normal);
+  ForEach(straight, [&](int lane) { state_->result(vertex.Walk(lane)).met_pane = true; });
   SpawnRays(vertex, vertex.here & ~straight, next);
 }
 

@@ -301,8 +301,9 @@ void PathTracer::PassHaze(size_t block, const Hits8& hits) {
   if (!Any(first)) return;
   for (uint32_t left = BitsOf(first); left != 0; left &= left - 1) {
     const int lane = __builtin_ctz(left);
-    float& distance = state.result(block * kLanes + static_cast<size_t>(lane)).distance;
-    distance = seen[lane] != 0 ? distance + hits.distance[lane] : 0.0f;
+    PathResult& result = state.result(block * kLanes + static_cast<size_t>(lane));
+    if (result.met_pane) continue;
+    result.distance = seen[lane] != 0 ? result.distance + hits.distance[lane] : 0.0f;
   }
   const Haze& haze = lights_.haze();
   if (haze.clear() || !Any(seen)) return;

@@ -72,6 +72,7 @@ struct PathResult {
   uint32_t rays = 0;  // Traced, shadow rays included.
   // Distance from the eye to the first surface that is no hole; 0: none.
   float distance = 0;
+  bool met_pane = false;  // The path goes on straight through that surface.
 };
 
 // Up to eight paths, from their camera rays on.

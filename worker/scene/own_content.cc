@@ -59,6 +59,27 @@ bool UsesEnvironments(const v1::Scene& scene) {
                      [](const auto& keyframe) { return keyframe.sky().environment() != 0; });
 }
 
+// Whether the keyframe is of a rig whose left eye is that of the rig before it.
+bool SharesLeft(const v1::Scene& scene, int keyframe) {
+  return keyframe > 0 && keyframe < scene.rigs_size() && scene.rigs(keyframe).shares_left();
+}
+
+// A left eye is rendered once, so all of its keyframes must show the same surroundings.
+absl::Status CheckSharedSkies(const v1::Scene& scene) {
+  for (int i = 1; i < scene.keyframes_size(); ++i) {
+    const v1::Sky &sky = scene.keyframes(i).sky(), &before = scene.keyframes(i - 1).sky();
+    if (!SharesLeft(scene, i) || (sky.environment() == before.environment() &&
+                                  sky.environment_turn_rad() == before.environment_turn_rad())) {
+      continue;
+    }
+    return InvalidArgument(
+        "scene: keyframe {} shows other surroundings than keyframe {}, whose left eye its rig "
+        "shares; wanted the same",
+        i, i - 1);
+  }
+  return absl::OkStatus();
+}
+
 absl::Status NoFolder(const char* what) {
   return InvalidArgument(
       "the scene uses {} of the user's, and nobody says in which folder they are", what);
@@ -104,6 +125,7 @@ absl::Status LocateOwnContent(const v1::RenderJob& job) {
     RETURN_IF_ERROR(ReadTextureFolder(dir).status());
   }
   if (UsesEnvironments(scene)) {
+    RETURN_IF_ERROR(CheckSharedSkies(scene));
     if (job.hdri_dir().empty()) return NoFolder("surroundings");
     ASSIGN_OR_RETURN(const std::string dir, LocatedFolder(job.hdri_dir(), "lighting.hdri_dir"));
     RETURN_IF_ERROR(ReadEnvironmentFolder(dir).status());
@@ -119,9 +141,14 @@ void ChooseEnvironments(const v1::LightingConfig& config, const OwnContent& own,
     ChooseEnvironment(config, own, root, *recipe.mutable_sky());
     return;
   }
+  uint64_t lefts = 0;  // Left eyes that have their surroundings.
   for (int i = 0; i < recipe.keyframes_size(); ++i) {
-    ChooseEnvironment(config, own, root.Child("keyframe", static_cast<uint64_t>(i)),
-                      *recipe.mutable_keyframes(i)->mutable_sky());
+    v1::Sky& sky = *recipe.mutable_keyframes(i)->mutable_sky();
+    if (SharesLeft(recipe, i)) {
+      sky = v1::Sky(recipe.keyframes(i - 1).sky());
+    } else {
+      ChooseEnvironment(config, own, root.Child("keyframe", lefts++), sky);
+    }
   }
   *recipe.mutable_sky() = recipe.keyframes(0).sky();
 }

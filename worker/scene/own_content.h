@@ -28,11 +28,13 @@ struct OwnContent {
 absl::StatusOr<OwnContent> ReadOwnContent(const v1::SceneConfig& config);
 
 // Reads the folders of the content that a render job's recipe uses. Errors: those of
-// ReadOwnContent; kInvalidArgument if the recipe uses content and the job names no folder for it.
+// ReadOwnContent; kInvalidArgument if the recipe uses content and the job names no folder for it,
+// or if rigs that share a left eye have keyframes with different surroundings.
 absl::Status LocateOwnContent(const v1::RenderJob& job);
 
 // Gives the recipe's sky, or each keyframe's, one of the surroundings with probability
-// `config.hdri_p`, turned at random. Changes nothing if there are none.
+// `config.hdri_p`, turned at random. Keyframes of rigs that share a left eye get the same, drawn by
+// the number of the left eye. Changes nothing if there are none.
 void ChooseEnvironments(const v1::LightingConfig& config, const OwnContent& own, SceneSeed seed,
                         v1::Scene& recipe);
 

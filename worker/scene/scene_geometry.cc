@@ -25,8 +25,8 @@ class TintedMaterial final : public Material {
       : inner_(std::move(inner)), tint_(tint) {}
   SurfaceSample8 Evaluate(const SurfacePoint8& points) const override {
     SurfaceSample8 sample = inner_->Evaluate(points);
-    const Vec3x8 tinted = sample.base_color * tint_;
-    sample.base_color = {Min(tinted.x, 1.0f), Min(tinted.y, 1.0f), Min(tinted.z, 1.0f)};
+    sample.base_color = Tinted(sample.base_color);
+    sample.transmitted_color = Tinted(sample.transmitted_color);
     return sample;
   }
   Float8 Height(const SurfacePoint8& points) const override { return inner_->Height(points); }
@@ -36,6 +36,11 @@ class TintedMaterial final : public Material {
   float widest_relief_m() const override { return inner_->widest_relief_m(); }
 
  private:
+  Vec3x8 Tinted(const Vec3x8& color) const {
+    const Vec3x8 tinted = color * tint_;
+    return {Min(tinted.x, 1.0f), Min(tinted.y, 1.0f), Min(tinted.z, 1.0f)};
+  }
+
   std::unique_ptr<const Material> inner_;
   Vec3f tint_;
 };

@@ -1,6 +1,7 @@
 #include "worker/sensor/draw.h"
 
 #include <cmath>
+#include <numbers>
 
 #include "common/base/rng.h"
 #include "common/config/config.h"
@@ -11,8 +12,21 @@ bool SensorIsOn(const v1::SensorConfig& config) {
   return !config.preset().empty() && config.preset() != "off";
 }
 
-SensorDraw DrawSensor(const v1::SensorConfig& config, SceneSeed seed, uint32_t rig) {
-  const Rng root = Rng(seed, "sensor").Child("rig", rig);
+namespace {
+
+// A vector of this length in a direction drawn evenly.
+std::array<double, 3> Towards(double length, Rng rng) {
+  const double z = rng.Uniform(-1, 1), around = rng.Uniform(0, 2 * std::numbers::pi);
+  const double across = std::sqrt(1 - z * z);
+  return {length * across * std::cos(around), length * across * std::sin(around), length * z};
+}
+
+}  // namespace
+
+SensorDraw DrawSensor(const v1::SensorConfig& config, const SensorFrame& frame) {
+  const Rng scene(frame.seed, "sensor");
+  const Rng moment = scene.Child("rig", frame.rig);
+  const Rng root = frame.path > 0 ? scene.Child("path", frame.path) : moment;
   const auto number = [&root](const v1::Distribution& of, const char* address) {
     return Draw(of, root.Child(address).Uniform());
   };
@@ -34,6 +48,14 @@ SensorDraw DrawSensor(const v1::SensorConfig& config, SceneSeed seed, uint32_t r
   draw.vignetting = number(config.vignetting(), "vignetting");
   draw.bayer = config.bayer();
   draw.jpeg_quality = static_cast<int>(std::lround(number(config.jpeg_quality(), "jpeg")));
+  draw.exposure_ms = number(config.exposure_ms(), "exposure time");
+  const auto shake = [&](const v1::Distribution& of, const char* address) {
+    const Rng stream = moment.Child(address);
+    return Towards(Draw(of, stream.Child("size").Uniform()), stream.Child("direction"));
+  };
+  draw.shake_m_s = shake(config.shake_m_s(), "shake");
+  draw.shake_rad_s = shake(config.shake_deg_s(), "turn");
+  for (double& turn : draw.shake_rad_s) turn *= std::numbers::pi / 180;
   return draw;
 }
 

@@ -22,14 +22,25 @@ struct SensorDraw {
   double vignetting = 0;
   bool bayer = false;
   int jpeg_quality = 0;  // 0: no JPEG.
+  double exposure_ms = 0;
+  // Motion during the exposure beside that of the rig's path, in the left eye's frame.
+  std::array<double, 3> shake_m_s = {0, 0, 0};
+  std::array<double, 3> shake_rad_s = {0, 0, 0};
+};
+
+// The frame whose numbers are drawn. All frames of a path are taken by one device, and all pairs
+// that share a left eye as well.
+struct SensorFrame {
+  SceneSeed seed;
+  uint32_t rig = 0;       // The first that has its left eye.
+  uint32_t path = 0;      // 0: none.
 };
 
 // Returns whether the config asks for other pictures than the rendered ones.
 bool SensorIsOn(const v1::SensorConfig& config);
 
-// Draws the numbers for rig `rig` of a scene. Each number has a random address of its own: configs
-// that differ in one field get the same numbers in all others. Requires a config with all fields
-// set.
-SensorDraw DrawSensor(const v1::SensorConfig& config, SceneSeed seed, uint32_t rig);
+// Draws the numbers for a frame. Each number has a random address of its own: configs that differ in
+// one field get the same numbers in all others. Requires a config with all fields set.
+SensorDraw DrawSensor(const v1::SensorConfig& config, const SensorFrame& frame);
 
 }  // namespace parallax

@@ -44,14 +44,15 @@ absl::StatusOr<ImageRgb8> TakePicture(const SensorDraw& draw, const SensorAddres
   if (picture.empty()) return InvalidArgument("sensor: an empty picture");
   const bool same_size =
       view.depth_m.width() == picture.width() && view.depth_m.height() == picture.height();
-  if (draw.defocus_px > 0 && !same_size) {
+  if ((draw.defocus_px > 0 || !view.motion.IsStill()) && !same_size) {
     return InvalidArgument(
-        "sensor: defocus needs the depth of each pixel, which is {} x {}, wanted {} x {}",
+        "sensor: defocus and motion need the depth of each pixel, which is {} x {}, wanted {} x {}",
         view.depth_m.width(), view.depth_m.height(), picture.width(), picture.height());
   }
   const auto eye = static_cast<size_t>(address.eye);
   const double gain = std::exp2(draw.exposure_ev[eye]);
   Multiply(gain, gain, gain, picture);
+  BlurByMotion(view.motion, view.depth_m, picture);
   Defocus(draw.defocus_px, draw.focus_m, view.depth_m, picture);
   SpreadPoints(draw.psf_sigma_px, picture);
   Vignette(draw.vignetting, picture);

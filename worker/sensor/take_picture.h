@@ -1,5 +1,5 @@
 // The picture that a camera takes of a rendered view, with the steps in physical order: exposure,
-// lens (defocus, point spread, vignetting), pixels (mosaic, photon and read noise), and in-camera
+// motion, lens (defocus, point spread, vignetting), pixels (mosaic, photon and read noise), and in-camera
 // processing (demosaicing, white balance, tone curve, JPEG).
 #pragma once
 
@@ -9,13 +9,15 @@
 #include "common/base/status.h"
 #include "common/image/image.h"
 #include "worker/sensor/draw.h"
+#include "worker/sensor/motion_blur.h"
 
 namespace parallax {
 
 // One eye's view, as stored with frames.
 struct LinearView {
   ImageF3 light;   // Linear, exposed: 1 is white to the tone curve (hdr_*.exr).
-  ImageF depth_m;  // Needed where SensorDraw.defocus_px > 0; else may be empty.
+  ImageF depth_m;  // Needed for defocus and for eyes that move; else may be empty.
+  EyeMotion motion;
 };
 
 // The address from which the noise is drawn.

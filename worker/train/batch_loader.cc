@@ -4,7 +4,11 @@
 #include <deque>
 #include <map>
 #include <mutex>
+#include <new>
+#include <opencv2/core.hpp>
 #include <thread>
+
+#include "common/base/status.h"
 
 namespace parallax {
 namespace {
@@ -52,6 +56,23 @@ struct BatchLoader::State {
     return batch;
   }
 
+  // As Make; exceptions, which would end the program in a thread of its own, become errors.
+  absl::StatusOr<TrainingBatch> TryMake(int64_t step,
+                                        const std::vector<FrameChoice>& choices) const {
+    try {
+      return Make(step, choices);
+    } catch (const std::bad_alloc&) {
+      return ResourceExhausted("batch of step {}: no memory", step);
+    } catch (const cv::Exception& error) {
+      if (error.code == cv::Error::StsNoMem) {
+        return ResourceExhausted("batch of step {}: no memory: {}", step, error.err);
+      }
+      return Internal("batch of step {}: {}", step, error.err);
+    } catch (const std::exception& error) {
+      return Internal("batch of step {}: {}", step, error.what());
+    }
+  }
+
   void Work() {
     std::unique_lock lock(mutex);
     while (true) {
@@ -61,7 +82,7 @@ struct BatchLoader::State {
       std::vector<FrameChoice> choices;
       for (int i = 0; i < settings.batch; ++i) choices.push_back(order.Next());
       lock.unlock();
-      absl::StatusOr<TrainingBatch> batch = Make(step, choices);
+      absl::StatusOr<TrainingBatch> batch = TryMake(step, choices);
       lock.lock();
       ready.emplace(step, std::move(batch));
       changed.notify_all();

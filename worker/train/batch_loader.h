@@ -27,7 +27,7 @@ class BatchLoader {
   BatchLoader& operator=(const BatchLoader&) = delete;
 
   // Waits for the next step's batch and returns it. Errors: those of ReadTrainingPair and Augment,
-  // naming the frame.
+  // naming the frame; kResourceExhausted when memory was short; kInternal for another exception.
   absl::StatusOr<TrainingBatch> Next();
 
  private:

@@ -22,7 +22,11 @@ const std::set<std::string> kBatchNames = {"batch"};
 const std::set<std::string> kResumeNames = {"resume", "out", "repository"};
 const std::set<std::string> kPredictNames = {"checkpoint", "list", "device",
                                              "threads",    "out",  "repository"};
-const std::set<std::string> kFolderNames = {"out", "data", "repository"};
+const std::set<std::string> kDirectoryNames = {"out", "repository"};
+const std::set<std::string> kLinkNames = {"out", "data", "repository"};
+
+// std::regex recurses for each character: a line of 64 kB would use up the stack.
+constexpr std::ptrdiff_t kMostMatched = 2000;
 
 const std::vector<std::string> kLayouts = {"archive",   "flyingthings", "fsd",   "crestereo",
                                            "wmgstereo", "middlebury",   "kitti", "webdataset"};
@@ -141,7 +145,7 @@ void ReadProgressFields(Reader& reader, const YAML::Node& root, TrainerContract&
   }
   reader.CheckKeys(node, "progress", {"pattern", "groups"});
   contract.progress = ProgressFormat::kPattern;
-  contract.progress_pattern = reader.Text(node, "pattern", true);
+  const std::string pattern = reader.Text(node, "pattern", true);
   contract.progress_groups = reader.Texts(node, "groups", true);
   for (const std::string& group : contract.progress_groups) {
     if (std::find(kProgressGroups.begin(), kProgressGroups.end(), group) == kProgressGroups.end()) {
@@ -150,10 +154,11 @@ void ReadProgressFields(Reader& reader, const YAML::Node& root, TrainerContract&
     }
   }
   try {
-    const std::regex pattern(contract.progress_pattern);
-    if (pattern.mark_count() != contract.progress_groups.size()) {
-      reader.Error(node, fmt::format("the pattern has {} groups, but {} are named",
-                                     pattern.mark_count(), contract.progress_groups.size()));
+    contract.progress_pattern = std::make_shared<const std::regex>(pattern);
+    const size_t groups = contract.progress_pattern->mark_count();
+    if (groups != contract.progress_groups.size()) {
+      reader.Error(node, fmt::format("the pattern has {} groups, but {} are named", groups,
+                                     contract.progress_groups.size()));
     }
   } catch (const std::regex_error&) {
     reader.Error(node, "the pattern is not a regular expression (ECMAScript)");
@@ -171,18 +176,16 @@ void ReadOutcomeFields(Reader& reader, const YAML::Node& root, TrainerContract& 
           1) {
     reader.Error(leaves["checkpoints"], "\"checkpoints\" must have one * (for the step)");
   }
+}
+
+void ReadPredict(Reader& reader, const YAML::Node& root, TrainerContract& contract) {
   const YAML::Node predict = root["predict"];
-  if (!predict)
-    return reader.Error(root, "\"predict\" is missing (a command, torchscript or onnx)");
-  if (predict.IsScalar()) {
-    if (predict.Scalar() == "torchscript")
-      contract.predictor = PredictorKind::kTorchScript;
-    else if (predict.Scalar() == "onnx")
-      contract.predictor = PredictorKind::kOnnx;
-    else
-      reader.Error(predict, "\"predict\" is \"" + predict.Scalar() +
-                                "\", but must be a command, torchscript or onnx");
-    return;
+  if (!predict || predict.IsScalar()) {
+    const std::string seen = predict ? "is \"" + predict.Scalar() + "\"" : "is missing";
+    return reader.Error(predict ? predict : root,
+                        "\"predict\" " + seen +
+                            ", but must be a command that writes disparities, for example "
+                            "[python3, predict.py, \"{checkpoint}\", \"{list}\"]");
   }
   contract.predict = reader.Texts(root, "predict", true);
   reader.CheckPlaceholders(predict, contract.predict, kPredictNames);
@@ -199,14 +202,40 @@ void ReadExits(Reader& reader, const YAML::Node& root, TrainerContract& contract
   }
 }
 
+// Memory and tags choose workers, and the coordinator, which does that, does not see this file.
 void ReadNeeds(Reader& reader, const YAML::Node& root, TrainerContract& contract) {
   const YAML::Node needs = root["needs"];
   if (!needs) return;
   reader.CheckKeys(needs, "needs", {"gpus", "memory_mb", "tags"});
   if (!needs.IsMap()) return;
+  if (needs["memory_mb"]) {
+    reader.Error(needs["memory_mb"],
+                 "\"memory_mb\" has no effect here: write train.needs.memory_mb in the study");
+  }
+  if (needs["tags"]) {
+    reader.Error(needs["tags"],
+                 "\"tags\" has no effect here: workers that may run this trainer are found by its "
+                 "name, and other tags are train.needs.tags of the study");
+  }
   contract.gpus = static_cast<int>(reader.Count(needs, "gpus"));
-  contract.memory_mb = reader.Count(needs, "memory_mb");
-  contract.tags = reader.Texts(needs, "tags", false);
+}
+
+bool Names(const std::vector<std::string>& command, const std::string& placeholder) {
+  return std::any_of(command.begin(), command.end(), [&](const std::string& argument) {
+    const std::vector<std::string> names = PlaceholdersIn(argument);
+    return std::find(names.begin(), names.end(), placeholder) != names.end();
+  });
+}
+
+void ReadTrain(Reader& reader, const YAML::Node& root, TrainerContract& contract) {
+  const YAML::Node train = root["train"];
+  contract.train = reader.Texts(root, "train", true);
+  reader.CheckPlaceholders(train, contract.train, kTrainNames);
+  if (!train || !train.IsSequence()) return;
+  if (contract.train.empty()) return reader.Error(train, "\"train\" must not be empty");
+  if (Names(contract.train, "seed")) return;
+  reader.Error(train,
+               "\"train\" must name {seed}: else all seeds of a study would train one network");
 }
 
 }  // namespace
@@ -236,13 +265,10 @@ absl::StatusOr<TrainerContract> ParseTrainerContract(std::string_view yaml,
                  "unknown layout \"" + contract.layout + "\" (there are " + Listed(kLayouts) + ")");
   }
   contract.directory = reader.Text(root, "directory", false);
-  reader.CheckPlaceholders(root["directory"], {contract.directory}, kFolderNames);
+  reader.CheckPlaceholders(root["directory"], {contract.directory}, kDirectoryNames);
   contract.links = reader.Texts(root, "links", false);
-  reader.CheckPlaceholders(root["links"], contract.links, kFolderNames);
-  contract.train = reader.Texts(root, "train", true);
-  reader.CheckPlaceholders(root["train"], contract.train, kTrainNames);
-  if (root["train"] && contract.train.empty())
-    reader.Error(root["train"], "\"train\" must not be empty");
+  reader.CheckPlaceholders(root["links"], contract.links, kLinkNames);
+  ReadTrain(reader, root, contract);
   contract.resume = reader.Texts(root, "resume", false);
   reader.CheckPlaceholders(root["resume"], contract.resume, kResumeNames);
   contract.size = reader.Texts(root, "size", false);
@@ -254,6 +280,7 @@ absl::StatusOr<TrainerContract> ParseTrainerContract(std::string_view yaml,
   contract.steps_per_minute = reader.Number(root, "steps_per_minute");
   ReadProgressFields(reader, root, contract);
   ReadOutcomeFields(reader, root, contract);
+  ReadPredict(reader, root, contract);
   ReadExits(reader, root, contract);
   ReadNeeds(reader, root, contract);
   if (!reader.errors().empty()) return InvalidArgument("{}", reader.errors());
@@ -315,32 +342,28 @@ nlohmann::json ParseLenient(std::string line) {
   return nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false);
 }
 
-}  // namespace
+std::optional<TrainerProgress> ReadJsonProgress(const std::string& line) {
+  const nlohmann::json json = ParseLenient(line);
+  if (!json.is_object() || !json.contains("step") || !json["step"].is_number_integer())
+    return std::nullopt;
+  const auto number = [&](const char* key) -> std::optional<double> {
+    if (!json.contains(key)) return std::nullopt;
+    if (json[key] == kNotANumber) return std::numeric_limits<double>::quiet_NaN();
+    if (!json[key].is_number()) return std::nullopt;
+    return json[key].get<double>();
+  };
+  return TrainerProgress{.step = json["step"].get<int64_t>(),
+                         .loss = number("loss"),
+                         .epe_px = number("epe_px"),
+                         .eta_s = number("eta_s")};
+}
 
-std::optional<TrainerProgress> ReadProgress(const TrainerContract& contract,
-                                            const std::string& line) {
+// The numbers in the groups of a match, by the groups' names.
+TrainerProgress ProgressIn(const std::cmatch& match, const std::vector<std::string>& groups) {
   TrainerProgress progress;
-  if (contract.progress == ProgressFormat::kJsonLines) {
-    const nlohmann::json json = ParseLenient(line);
-    if (!json.is_object() || !json.contains("step") || !json["step"].is_number_integer())
-      return std::nullopt;
-    progress.step = json["step"].get<int64_t>();
-    const auto number = [&](const char* key) -> std::optional<double> {
-      if (!json.contains(key)) return std::nullopt;
-      if (json[key] == kNotANumber) return std::numeric_limits<double>::quiet_NaN();
-      if (!json[key].is_number()) return std::nullopt;
-      return json[key].get<double>();
-    };
-    progress.loss = number("loss");
-    progress.epe_px = number("epe_px");
-    progress.eta_s = number("eta_s");
-    return progress;
-  }
   double epoch = 0, epoch_steps = 0;
-  std::smatch match;
-  if (!std::regex_search(line, match, std::regex(contract.progress_pattern))) return std::nullopt;
-  for (size_t i = 0; i < contract.progress_groups.size(); ++i) {
-    const std::string &name = contract.progress_groups[i], text = match[i + 1];
+  for (size_t i = 0; i < groups.size(); ++i) {
+    const std::string &name = groups[i], text = match[i + 1];
     char* end = nullptr;
     const double value = std::strtod(text.c_str(), &end);
     if (end == text.c_str()) continue;
@@ -353,6 +376,18 @@ std::optional<TrainerProgress> ReadProgress(const TrainerContract& contract,
   }
   if (progress.step) *progress.step += static_cast<int64_t>(epoch * epoch_steps);
   return progress;
+}
+
+}  // namespace
+
+std::optional<TrainerProgress> ReadProgress(const TrainerContract& contract,
+                                            const std::string& line) {
+  if (contract.progress == ProgressFormat::kJsonLines) return ReadJsonProgress(line);
+  const char* const begin = line.data();
+  const char* const end = begin + std::min<std::ptrdiff_t>(std::ssize(line), kMostMatched);
+  std::cmatch match;
+  if (!std::regex_search(begin, end, match, *contract.progress_pattern)) return std::nullopt;
+  return ProgressIn(match, contract.progress_groups);
 }
 
 }  // namespace parallax

@@ -7,6 +7,8 @@
 //   {out}         folder for what the trainer leaves, also its working folder unless `directory`
 //                 says otherwise
 //   {seed} {steps} {threads} {device} {checkpoint_every}
+//                 `train` must name {seed}, or all trainings of a study would be one;
+//                 `device` is "cuda" for a trainer that needs a GPU, else "cpu";
 //                 `checkpoint_every` divides the steps at which checkpoints are kept
 //   {resume}      the checkpoint to go on from (`resume` only)
 //   {width} {height} {batch}   (`size` and `batch` only, which are appended if the study sets them)
@@ -15,7 +17,9 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
+#include <regex>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,13 +29,13 @@
 namespace parallax {
 
 enum class ProgressFormat { kJsonLines, kPattern };
-enum class PredictorKind { kCommand, kTorchScript, kOnnx };
 
 // The content of one trainer's file.
 struct TrainerContract {
   std::string name;
-  std::string layout;     // "archive", or a layout of `parallax export`.
-  std::string directory;  // Where commands run; may hold {out} and {repository}. Empty: {out}.
+  std::string layout;  // "archive", or a layout of `parallax export`.
+  // Where `train` and `predict` run; may hold {out} and {repository}. Empty: {out}.
+  std::string directory;
   // "path=target" made in {out} before the start; placeholders as above.
   std::vector<std::string> links;
   std::vector<std::string> train;   // The command.
@@ -43,7 +47,7 @@ struct TrainerContract {
   // Steps that one of a study's `minutes` stands for, on any machine. 0: studies must name steps.
   double steps_per_minute = 0;
   ProgressFormat progress = ProgressFormat::kJsonLines;
-  std::string progress_pattern;  // A regular expression with the groups below.
+  std::shared_ptr<const std::regex> progress_pattern;  // Its groups are those below. Null: JSON.
   // In order of the groups: "step", "loss", "epe_px", "eta_s". A trainer that counts its steps anew
   // in each epoch has "epoch" (from 0) and "epoch_steps" as well.
   std::vector<std::string> progress_groups;
@@ -52,11 +56,9 @@ struct TrainerContract {
   std::string final_checkpoint;  // In {out}.
   // Exit statuses of the trainer that say more than "failed": "not_finite", "out_of_memory".
   std::map<std::string, int> exits;
-  PredictorKind predictor = PredictorKind::kCommand;
-  std::vector<std::string> predict;  // The command of kCommand.
+  std::vector<std::string> predict;  // The command that predicts the pairs of {list}.
+  // GPUs that it needs, for {device}. Which workers get its jobs says the study, by `needs`.
   int gpus = 0;
-  int64_t memory_mb = 0;
-  std::vector<std::string> tags;
 };
 
 // Parse and read a trainer's file. Errors: kInvalidArgument with all errors of the file, one a
@@ -82,7 +84,8 @@ struct TrainerProgress {
   std::optional<double> loss, epe_px, eta_s;
 };
 
-// Returns the progress in a line of the trainer's output; nothing if the line has none.
+// Returns the progress in a line of the trainer's output; nothing if the line has none. A pattern
+// sees the first 2,000 characters of the line.
 std::optional<TrainerProgress> ReadProgress(const TrainerContract& contract,
                                             const std::string& line);
 

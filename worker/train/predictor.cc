@@ -40,6 +40,14 @@ Tensor ToTensor(const ImageRgb8& image, const NetworkSize& size) {
                             .mode(torch::kReplicate));
 }
 
+// The name of the first weight that has a value that is not finite; empty if there is none.
+std::string FirstNotFinite(const StereoNetwork& network) {
+  for (const auto& weight : network.named_parameters()) {
+    if (!at::isfinite(weight.value()).all().item<bool>()) return weight.key();
+  }
+  return "";
+}
+
 NetworkSize SizeAt(int width, int height, double scale, double max_disparity) {
   NetworkSize size;
   size.width = std::max(1, static_cast<int>(std::lround(width * scale)));
@@ -96,8 +104,12 @@ absl::StatusOr<ImageF> Predictor::State::See(const ImageRgb8& left, const ImageR
   ImageF result(left.width(), left.height());
   for (int y = 0; y < left.height(); ++y) {
     const float* row = full.ptr<float>(y);
-    for (int x = 0; x < left.width(); ++x)
+    for (int x = 0; x < left.width(); ++x) {
+      if (!std::isfinite(row[x])) {
+        return Internal("the network's disparity at pixel ({}, {}) is not finite", x, y);
+      }
       result(x, y) = static_cast<float>(std::max(0.0, scale * row[x]));
+    }
   }
   return result;
 }
@@ -110,6 +122,9 @@ absl::StatusOr<Predictor> Predictor::Load(const std::string& path) {
   auto state = std::make_unique<State>();
   ASSIGN_OR_RETURN(const Checkpoint checkpoint, ReadCheckpoint(path, *state->network));
   SetWeights(*state->network, checkpoint.state.average);
+  if (const std::string name = FirstNotFinite(*state->network); !name.empty()) {
+    return DataLoss("{}: weight {} is not finite: its training has diverged", path, name);
+  }
   state->trained_disparity = checkpoint.settings.value("max_disparity", 192);
   state->one_scale = checkpoint.settings.value("scale_high", 0.0) <= 0;
   return Predictor(std::move(state));

@@ -45,12 +45,14 @@ double ChooseEnlargement(const ImageF& disparity_px, int trained_disparity);
 // Thread-safe after Load.
 class Predictor {
  public:
-  // Loads a checkpoint. Errors: those of ReadCheckpoint.
+  // Loads a checkpoint. Errors: those of ReadCheckpoint; kDataLoss for a weight that is not finite,
+  // naming it.
   static absl::StatusOr<Predictor> Load(const std::string& checkpoint);
 
   // Returns the disparity of each left pixel in pixels of the input, finite, >= 0, of the input's
   // size. The same pair, options and threads give the same bytes. Errors: kInvalidArgument for an
-  // empty image or two sizes; kResourceExhausted when memory is short.
+  // empty image or two sizes; kResourceExhausted when memory is short; kInternal for a disparity
+  // that is not finite.
   absl::StatusOr<ImageF> Predict(const ImageRgb8& left, const ImageRgb8& right,
                                  const PredictOptions& options) const;
 

@@ -54,6 +54,16 @@ Json HashesOf(const std::vector<TrainingSource>& sources) {
   return hashes;
 }
 
+// A full disk has the code of exhausted memory, and another exit status.
+absl::Status DiskError(const absl::Status& written) {
+  return absl::IsResourceExhausted(written) ? Unavailable("{}", ToStd(written.message())) : written;
+}
+
+TrainingEnd OutOfMemory(const std::string& why) {
+  return {TrainerExit::kOutOfMemory, "out of memory: take a smaller --crop or --batch" +
+                                         (why.empty() ? "" : " (" + why + ")")};
+}
+
 std::string CheckpointName(int64_t step) { return fmt::format("/checkpoint-{:06}.pt", step); }
 
 // One training run from start to end; exceptions of torch pass through.
@@ -170,8 +180,8 @@ class Run {
 
   absl::Status Save(const std::string& name) {
     const int64_t step = name == "/final.pt" ? settings_.steps : std::max(done_, first_);
-    RETURN_IF_ERROR(WriteCheckpoint(job_.out_dir + name, network_,
-                                    {step, SettingsJson(), optimiser_->state()}));
+    RETURN_IF_ERROR(DiskError(WriteCheckpoint(job_.out_dir + name, network_,
+                                              {step, SettingsJson(), optimiser_->state()})));
     saved_ = Now();
     progress_({{"event", "checkpoint"}, {"step", step}, {"path", job_.out_dir + name}});
     return absl::OkStatus();
@@ -244,7 +254,7 @@ class Run {
                  {"settings", ToJson(settings_)},  {"data", data},
                  {"resumed_from_step", first_}};
     if (!result.is_null()) card["result"] = result;
-    return WriteFile(job_.out_dir + "/train.json", card.dump(2) + "\n");
+    return DiskError(WriteFile(job_.out_dir + "/train.json", card.dump(2) + "\n"));
   }
 
   const TrainingJob& job_;
@@ -268,16 +278,17 @@ TrainingEnd RunTraining(const TrainingJob& job, const std::atomic<bool>& stop,
     std::filesystem::create_directories(job.out_dir, error);
     absl::StatusOr<TrainingEnd> end = Run(job, stop, progress).Go();
     if (end.ok()) return *end;
-    return {TrainerExit::kFailed, std::string(ToStd(end.status().message()))};
+    const std::string why(ToStd(end.status().message()));
+    if (absl::IsResourceExhausted(end.status())) return OutOfMemory(why);
+    return {TrainerExit::kFailed, why};
   } catch (const std::bad_alloc&) {
-    return {TrainerExit::kOutOfMemory, "out of memory: take a smaller --crop or --batch"};
+    return OutOfMemory("");
   } catch (const std::exception& error) {
     const std::string text = error.what();
     const std::string line = text.substr(0, text.find('\n'));
     if (text.find("can't allocate memory") != std::string::npos ||
         text.find("out of memory") != std::string::npos) {
-      return {TrainerExit::kOutOfMemory,
-              "out of memory: take a smaller --crop or --batch (" + line + ")"};
+      return OutOfMemory(line);
     }
     return {TrainerExit::kFailed, line};
   }

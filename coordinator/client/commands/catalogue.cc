@@ -2,10 +2,16 @@
 #include "coordinator/client/commands/catalogue.h"
 
 #include <fmt/core.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <cmath>
+#include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 
 #include "common/base/status.h"
@@ -38,7 +44,36 @@ bool Matches(const CatalogueOptions& options, const std::string& name, const std
          });
 }
 
-absl::StatusOr<Figures> Measure(const CatalogueOptions& options) {
+// All names and families of classes and materials.
+std::set<std::string> KnownNames() {
+  std::set<std::string> names;
+  for (const AssetClass& c : AssetCatalogue()) names.insert({c.name, c.family});
+  for (const MaterialClass& c : MaterialCatalogue()) names.insert({c.name, c.family});
+  return names;
+}
+
+// Writes the options' names as the catalogue does; studies may write them in any case, too. Errors:
+// kNotFound for the first unknown one.
+absl::Status ResolveNames(std::vector<std::string>& names) {
+  const std::set<std::string> known = KnownNames();
+  std::vector<std::string> resolved;
+  for (const std::string& name : names) {
+    const size_t before = resolved.size();
+    if (known.count(name) > 0) {
+      resolved.push_back(name);
+      continue;
+    }
+    // A class and a family may differ in case only: both are meant.
+    std::copy_if(known.begin(), known.end(), std::back_inserter(resolved),
+                 [&](const std::string& other) { return LowerName(other) == LowerName(name); });
+    if (resolved.size() > before) continue;
+    return NotFound("no class, material or family is called '{}'", name);
+  }
+  names = std::move(resolved);
+  return absl::OkStatus();
+}
+
+Figures Measure(const CatalogueOptions& options) {
   Figures figures;
   for (const AssetClass& c : AssetCatalogue()) {
     if (Matches(options, c.name, c.family)) {
@@ -48,8 +83,7 @@ absl::StatusOr<Figures> Measure(const CatalogueOptions& options) {
   for (const MaterialClass& c : MaterialCatalogue()) {
     if (Matches(options, c.name, c.family)) figures.materials.push_back(MeasureMaterialClass(c));
   }
-  if (!figures.classes.empty() || !figures.materials.empty()) return figures;
-  return NotFound("no class, material or family is called '{}'", options.sheet.only.front());
+  return figures;
 }
 
 Json SizeJson(const Vec3f& size) {
@@ -168,7 +202,7 @@ void Print(const std::vector<Table::Column>& columns, const std::vector<Figure>&
 }
 
 absl::StatusOr<ExitCode> List(const CatalogueOptions& options, Session& session) {
-  ASSIGN_OR_RETURN(const Figures figures, Measure(options));
+  const Figures figures = Measure(options);
   if (session.options.json) {
     Json classes = Json::array(), materials = Json::array();
     for (const AssetFigures& f : figures.classes) classes.push_back(ClassJson(f));
@@ -181,7 +215,17 @@ absl::StatusOr<ExitCode> List(const CatalogueOptions& options, Session& session)
   return kExitOk;
 }
 
+// Makes the folder of the sheets, before minutes go into their pictures.
+absl::Status OpenSheetFolder(const std::string& dir) {
+  std::error_code error;
+  std::filesystem::create_directories(dir, error);
+  if (error) return ErrnoError(error.value(), "can't make the folder " + dir);
+  if (access(dir.c_str(), W_OK) != 0) return ErrnoError(errno, "can't write to " + dir);
+  return absl::OkStatus();
+}
+
 absl::StatusOr<ExitCode> DrawSheets(const CatalogueOptions& options, Session& session) {
+  RETURN_IF_ERROR(OpenSheetFolder(options.sheet.dir));
   InterruptScope interrupt;
   CancelToken cancel;
   std::atomic<bool> ended = false;
@@ -233,14 +277,16 @@ void RegisterCatalogue(Registry& registry) {
       ->type_name("DIR");
   command->add_option("--seeds", options->seeds, "Seeds measured of each class (default 8)")
       ->check(CLI::Range(1, 1000));
-  command->add_option("--first-seed", options->sheet.first_seed, "First seed drawn (default 1)");
+  command->add_option("--first-seed", options->sheet.first_seed, "First seed drawn (default 1)")
+      ->check(WhyNotSeed);
   command->add_option("--cell", options->sheet.cell_px, "Pixels of a drawn cell (default 192)")
       ->check(CLI::Range(32, 1024));
   command->add_option("--samples", options->sheet.samples, "Samples a pixel (default 12)")
       ->check(CLI::Range(1, 4096));
   command->add_flag("--markdown", options->markdown, "Tables as Markdown");
   registry.AddJsonOption(command);
-  registry.SetAction(command, [options](Session& session) {
+  registry.SetAction(command, [options](Session& session) -> absl::StatusOr<ExitCode> {
+    RETURN_IF_ERROR(ResolveNames(options->sheet.only));
     return options->sheet.dir.empty() ? List(*options, session) : DrawSheets(*options, session);
   });
 }

@@ -4,9 +4,11 @@
 #include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <sstream>
 
 #include "common/base/file.h"
 #include "common/base/status.h"
@@ -43,14 +45,24 @@ bool Contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// A study has variants, or at least a name; anything else is read as a scene config.
+bool HasOnlyComments(const std::string& text) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const size_t begin = line.find_first_not_of(" \t\r");
+    if (begin != line.npos && line[begin] != '#') return false;
+  }
+  return true;
+}
+
+// A study has variants, or at least a name; anything else is read as a scene config. A file with
+// nothing in it is refused as a study: `run` and `plan` get the same words.
 bool LooksLikeStudy(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
     return !Contains(BuiltinSceneConfigs(), path);
   }
   const absl::StatusOr<std::string> text = ReadFile(path, 4 << 20);
-  if (!text.ok()) return true;
+  if (!text.ok() || HasOnlyComments(*text)) return true;
   // Looks at keys without indentation only. The reader itself reports a broken file.
   for (const char* key : {"study:", "variants:", "pairs:"}) {
     if (text->rfind(key, 0) == 0 || text->find(std::string("\n") + key) != std::string::npos) {
@@ -139,6 +151,22 @@ absl::StatusOr<ExitCode> HashFolders(const ContentCommand& command,
   return kExitOk;
 }
 
+// Removes from each line of `message` its "SOURCE:3: rigs.camera.": the text that was read is none
+// that the user wrote.
+std::string OfCamera(const std::string& message, const std::string& source) {
+  std::string text;
+  std::istringstream lines(message);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(source + ":")) {
+      const size_t end = line.find_first_not_of("0123456789", source.size() + 1);
+      if (line.compare(std::min(end, line.size()), 2, ": ") == 0) line.erase(0, end + 2);
+    }
+    if (line.starts_with("rigs.camera.")) line.erase(0, std::strlen("rigs.camera."));
+    text += (text.empty() ? "" : "\n") + line;
+  }
+  return text;
+}
+
 // Prints the `rigs` that a preset or a calibration file resolves to.
 absl::StatusOr<ExitCode> Camera(const CameraOptions& options, Session& session) {
   std::error_code error;
@@ -157,8 +185,15 @@ absl::StatusOr<ExitCode> Camera(const CameraOptions& options, Session& session) 
     wanted.mutable_rigs()->set_width_px(*options.width);
     wanted.mutable_rigs()->set_height_px(*options.height);
   }
-  ASSIGN_OR_RETURN(const v1::SceneConfig read,
-                   ParseSceneConfig(MessageToYaml(wanted), options.source));
+  const absl::StatusOr<v1::SceneConfig> parsed =
+      ParseSceneConfig(MessageToYaml(wanted), options.source);
+  if (!parsed.ok()) {
+    std::string why = OfCamera(std::string(ToStd(parsed.status().message())), options.source);
+    if (!is_file && why.starts_with("preset: ")) why.erase(0, std::strlen("preset: "));
+    return MakeError(parsed.status().code(),
+                     is_file ? why : options.source + ": no such file; as a preset: " + why);
+  }
+  const v1::SceneConfig& read = *parsed;
   v1::SceneConfig shown;
   v1::RigConfig& rigs = *shown.mutable_rigs();
   *rigs.mutable_baseline_m() = read.rigs().baseline_m();

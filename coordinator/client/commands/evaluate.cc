@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "common/base/file.h"
@@ -142,6 +143,21 @@ void PrintEvaluation(const Evaluation& evaluation, const Outputs& outputs, Sessi
   }
 }
 
+// Two benchmarks of one name would share their files. Errors: kInvalidArgument naming both.
+absl::Status CheckFilesDiffer(const EvaluateCommandOptions& options,
+                              const std::vector<Benchmark>& benchmarks, const RunIdentity& run) {
+  std::map<std::string, std::string> given_by_stem;
+  for (size_t i = 0; i < benchmarks.size(); ++i) {
+    const std::string stem = StemOf(benchmarks[i].name, run);
+    const auto [first, is_new] = given_by_stem.try_emplace(stem, options.benchmarks[i]);
+    if (is_new) continue;
+    return InvalidArgument(
+        "--on {} and --on {} would both write {}.jsonl: give one another name, NAME=KIND:PATH",
+        first->second, options.benchmarks[i], stem);
+  }
+  return absl::OkStatus();
+}
+
 // Opens all benchmarks before the first prediction, so that a missing file is found at once.
 absl::StatusOr<std::vector<Benchmark>> OpenAll(const EvaluateCommandOptions& options) {
   std::vector<Benchmark> benchmarks;
@@ -166,10 +182,10 @@ absl::StatusOr<Json> EvaluateOne(const EvaluateCommandOptions& options,
                                  const CancelToken& cancel, Session& session) {
   const std::string stem = options.out + "/" + StemOf(benchmark.name, chosen.run);
   Outputs outputs{.scores = stem + ".jsonl", .work = stem + ".predictions"};
-  const auto progress = [&](int done, int total) {
+  const auto progress = [&](std::string_view stage, int done, int total) {
     if (!session.err().interactive) return;
-    *session.err().stream << "\r\033[K" << benchmark.name << ": " << done << " of " << total
-                          << (done < total ? "" : "\r\033[K") << std::flush;
+    *session.err().stream << "\r\033[K" << benchmark.name << ": " << stage << " " << done << " of "
+                          << total << (done < total ? "" : "\r\033[K") << std::flush;
   };
   ASSIGN_OR_RETURN(const Evaluation evaluation, Evaluate(*chosen.predictor, benchmark,
                                                          {.run = chosen.run,
@@ -193,6 +209,7 @@ absl::StatusOr<ExitCode> RunEvaluate(const EvaluateCommandOptions& options, Sess
   }
   ASSIGN_OR_RETURN(const ChosenPredictor chosen, Choose(options));
   ASSIGN_OR_RETURN(const std::vector<Benchmark> benchmarks, OpenAll(options));
+  RETURN_IF_ERROR(CheckFilesDiffer(options, benchmarks, chosen.run));
   std::error_code error;
   fs::create_directories(options.out, error);
   if (error) return ErrnoError(error.value(), "make " + options.out);

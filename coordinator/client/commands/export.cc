@@ -4,16 +4,20 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "common/config/config.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/table.h"
 #include "coordinator/client/text.h"
+#include "coordinator/study/expansion.h"
 #include "worker/dataset/verify.h"
 
 namespace parallax::client {
 namespace {
 
+namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 struct ExportCommandOptions {
@@ -24,6 +28,10 @@ struct ExportCommandOptions {
 std::string Percent(double part) { return fmt::format("{:.2f} %", 100 * part); }
 
 absl::StatusOr<ExitCode> Export(const ExportCommandOptions& command, Session& session) {
+  if (command.options.flat && command.options.layout != "crestereo") {
+    return InvalidArgument("--flat is for the layout crestereo, not for {}",
+                           command.options.layout);
+  }
   ASSIGN_OR_RETURN(const ExportResult result,
                    ExportDataset(command.dir, command.out, command.options));
   for (const std::string& note : result.notes) session.PrintNote(note);
@@ -75,12 +83,37 @@ struct VerifyCommandOptions {
   bool no_hashes = false, no_geometry = false;
 };
 
+// The pairs that were asked for, from the study's lock file in the dataset or above its variant; 0
+// if it is not there or can't be read.
+int64_t PairsWanted(const std::string& dir) {
+  std::error_code error;
+  const fs::path here = fs::weakly_canonical(fs::absolute(dir, error), error);
+  const bool whole = fs::exists(here / "study.lock.yaml", error);
+  const fs::path root = whole ? here : here.parent_path();
+  if (!fs::exists(root / "study.lock.yaml", error)) return 0;
+  const absl::StatusOr<v1::StudySpec> study = LoadStudy(root / "study.lock.yaml");
+  if (!study.ok()) return 0;
+  int64_t pairs = 0;
+  for (const v1::VariantSpec& variant : study->variants()) {
+    if (whole || variant.name() == here.filename()) pairs += PairsOf(*study, variant);
+  }
+  return pairs;
+}
+
+// "8 pairs", or "2 of 4 pairs asked for".
+std::string PairsText(int64_t pairs, int64_t wanted) {
+  if (pairs >= wanted) return Plural(pairs, "pair");
+  return FormatCount(pairs) + " of " + Plural(wanted, "pair") + " asked for";
+}
+
 absl::StatusOr<ExitCode> Verify(const VerifyCommandOptions& command, Session& session) {
   VerifyOptions options;
   options.hashes = !command.no_hashes;
   options.geometry = !command.no_geometry;
   ASSIGN_OR_RETURN(const VerifyResult result, VerifyDataset(command.dir, options));
   const bool ok = result.findings_total == 0;
+  const bool is_archive = result.kind == "archive";
+  const int64_t pairs_wanted = is_archive ? PairsWanted(command.dir) : 0;
   if (session.options.json) {
     Json findings = Json::array();
     for (const Finding& finding : result.findings) {
@@ -92,6 +125,7 @@ absl::StatusOr<ExitCode> Verify(const VerifyCommandOptions& command, Session& se
                        {"ok", ok},
                        {"variants", result.variants},
                        {"frames", result.frames},
+                       {"pairs_wanted", pairs_wanted},
                        {"files", result.files},
                        {"bytes", result.bytes},
                        {"findings_total", result.findings_total},
@@ -108,12 +142,14 @@ absl::StatusOr<ExitCode> Verify(const VerifyCommandOptions& command, Session& se
                 << FormatCount(result.findings_total - static_cast<int64_t>(result.findings.size()))
                 << " more\n";
   }
+  const bool nothing = is_archive && result.frames == 0;
   *out.stream << command.dir << ": "
-              << (result.kind == "archive" ? Plural(result.frames, "pair") + ", " : std::string())
+              << (is_archive ? PairsText(result.frames, pairs_wanted) + ", " : std::string())
               << Plural(result.files, "file") << " ("
               << FormatBytes(static_cast<double>(result.bytes)) << "), "
-              << (ok ? out.Paint(Tone::kGood, "all as it should be")
-                     : out.Paint(Tone::kBad, Plural(result.findings_total, "finding")))
+              << (!ok       ? out.Paint(Tone::kBad, Plural(result.findings_total, "finding"))
+                  : nothing ? out.Paint(Tone::kWarning, "nothing to check yet")
+                            : out.Paint(Tone::kGood, "all as it should be"))
               << "\n";
   return ok ? kExitOk : kExitFailed;
 }
@@ -173,7 +209,9 @@ void RegisterVerify(Registry& registry) {
       "finite maps, occlusion by re-projection, indices against their tables, normals, masks,\n"
       "flow of sequences, and the filter verdicts. A folder of `parallax export` is compared with "
       "its SHA256SUMS.\n"
-      "Exit status 1 when something is wrong, one line each.\n"
+      "Exit status 1 when something is wrong, one line each; pairs that are still to be made are "
+      "no\n"
+      "fault, and counted.\n"
       "\n"
       "Example:\n"
       "  parallax verify out/quickstart\n");

@@ -9,6 +9,7 @@
 
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/progress_view.h"
+#include "coordinator/client/study_view.h"
 #include "coordinator/client/table.h"
 #include "coordinator/client/text.h"
 
@@ -47,11 +48,12 @@ std::string RigRanges(const v1::JobStatus& job) {
 }
 
 nlohmann::ordered_json JobJson(const v1::JobStatus& job) {
+  using Json = nlohmann::ordered_json;
   return {{"job_id", job.job_id()},
           {"kind", job.kind()},
           {"state", LowerName(job.state())},
           {"variant", job.variant()},
-          {"scene", job.scene()},
+          {"scene", HasScene(job) ? Json(job.scene()) : Json(nullptr)},
           {"rigs", std::vector<uint32_t>(job.rigs().begin(), job.rigs().end())},
           {"attempts", job.attempts()},
           {"worker", job.worker()},
@@ -79,8 +81,8 @@ void PrintTable(const v1::ListJobsReply& reply, const Session& session) {
     if (!job.label().empty()) detail = job.label() + (detail.empty() ? "" : ": ") + detail;
     table.AddRow({std::to_string(job.job_id()), job.kind(),
                   session.out().Paint(ToneOf(job.state()), LowerName(job.state())), job.variant(),
-                  job.label().empty() ? std::to_string(job.scene()) : "-", RigRanges(job),
-                  std::to_string(job.attempts()), job.worker(), detail});
+                  job.label().empty() && HasScene(job) ? std::to_string(job.scene()) : "-",
+                  RigRanges(job), std::to_string(job.attempts()), job.worker(), detail});
   }
   table.Print(session.out());
 }

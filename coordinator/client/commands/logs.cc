@@ -6,6 +6,7 @@
 
 #include "common/base/clock.h"
 #include "coordinator/client/commands/command.h"
+#include "coordinator/client/study_view.h"
 #include "coordinator/client/text.h"
 
 namespace parallax::client {
@@ -36,10 +37,9 @@ nlohmann::ordered_json AttemptJson(const v1::AttemptStatus& attempt) {
 }
 
 std::string JobName(const v1::JobStatus& job) {
-  std::string name = fmt::format("job {} ({} ", job.job_id(), job.kind());
-  name +=
-      job.label().empty() ? fmt::format("{}, scene {}", job.variant(), job.scene()) : job.label();
-  return name + ")";
+  std::string of = job.label().empty() ? job.variant() : job.label();
+  if (job.label().empty() && HasScene(job)) of += fmt::format(", scene {}", job.scene());
+  return fmt::format("job {} ({} {})", job.job_id(), job.kind(), of);
 }
 
 void PrintAttempt(const v1::AttemptStatus& attempt, double now_unix_s, const Session& session) {

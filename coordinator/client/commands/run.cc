@@ -79,13 +79,16 @@ absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
   StudyOptions study_options = options.study;
   RETURN_IF_ERROR(TakePicturesFromHere(study_options));
   ASSIGN_OR_RETURN(run_options.study, ResolveStudy(study_options));
-  RETURN_IF_ERROR(HashContent(run_options.study));
+  RETURN_IF_ERROR(CheckTrainer(run_options.study, study_options.study, options.allow_trainers,
+                               options.trainers_dir));
+  RETURN_IF_ERROR(HashContent(run_options.study, FolderReaders::kOfRun));
   run_options.allow_trainers = options.allow_trainers;
   run_options.trainers_dir = options.trainers_dir;
   run_options.benchmarks_dir = options.benchmarks_dir;
   if (options.page) run_options.page = options.page_listen;
   run_options.workers = options.workers > 0 ? options.workers : DefaultWorkers();
   RETURN_IF_ERROR(FindWorkerBinary().status());
+  RETURN_IF_ERROR(CheckNotInDataset(options.out));
   if (HoldsForeignFiles(options.out)) {
     RETURN_IF_ERROR(session.Confirm(options.out + " holds files that are no dataset", options.yes));
   }

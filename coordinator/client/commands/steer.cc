@@ -21,6 +21,9 @@ using Order = absl::StatusOr<v1::StudyStatus> (Connection::*)(int64_t, const std
 absl::StatusOr<ExitCode> Steer(const SteerOptions& options, Order order, Session& session) {
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
   ASSIGN_OR_RETURN(const v1::StudyStatus before, connection->FindStudy(options.study));
+  if (order == &Connection::Resume && before.state() == v1::STUDY_STATE_CANCELLED) {
+    return FailedPrecondition("study {} is cancelled: submit it again instead", before.study_id());
+  }
   ASSIGN_OR_RETURN(const v1::StudyStatus after,
                    ((*connection).*order)(before.study_id(), options.reason));
   if (session.options.json) {

@@ -24,7 +24,7 @@ struct SubmitOptions {
 
 absl::StatusOr<ExitCode> Submit(const SubmitOptions& options, Session& session) {
   ASSIGN_OR_RETURN(v1::StudySpec study, ResolveStudy(options.study));
-  RETURN_IF_ERROR(HashContent(study));
+  RETURN_IF_ERROR(HashContent(study, FolderReaders::kOfFarm));
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
   ShippedContent shipped;
   if (!options.no_content) {

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "common/base/file.h"
 #include "common/base/status.h"
@@ -68,7 +69,26 @@ absl::StatusOr<std::vector<Evaluation>> FindScores(const std::string& what, Tabl
   const TableOptions of_study = TableOptionsOf(study);
   if (table.variant_order.empty()) table.variant_order = of_study.variant_order;
   if (table.baseline.empty()) table.baseline = of_study.baseline;
-  return ReadEvaluations(dir);
+  absl::StatusOr<std::vector<Evaluation>> scores = ReadEvaluations(dir);
+  // The folder is gone when the user reads of it.
+  if (!brought.path().empty() && absl::IsNotFound(scores.status())) {
+    return NotFound("study {} has no scores yet", what);
+  }
+  return scores;
+}
+
+// Checks that the variants of --order are among those that have scores.
+absl::Status CheckOrder(const std::vector<std::string>& order,
+                        const std::vector<Evaluation>& evaluations) {
+  std::set<std::string> known;
+  for (const Evaluation& evaluation : evaluations) known.insert(evaluation.run.variant);
+  for (const std::string& variant : order) {
+    if (known.count(variant) > 0) continue;
+    std::string names;
+    for (const std::string& name : known) names += (names.empty() ? "" : ", ") + name;
+    return InvalidArgument("--order: no variant '{}' has scores; there are {}", variant, names);
+  }
+  return absl::OkStatus();
 }
 
 absl::StatusOr<ExitCode> MakeTables(const TableCommandOptions& options, Session& session) {
@@ -76,6 +96,7 @@ absl::StatusOr<ExitCode> MakeTables(const TableCommandOptions& options, Session&
   TableOptions table_options = options.table;
   ASSIGN_OR_RETURN(const std::vector<Evaluation> evaluations,
                    FindScores(options.dir, table_options, session));
+  RETURN_IF_ERROR(CheckOrder(options.table.variant_order, evaluations));
   ASSIGN_OR_RETURN(const ResultTable table, MakeTable(evaluations, table_options));
   ASSIGN_OR_RETURN(const std::string text, FormatTable(table, format));
   if (options.out.empty()) {

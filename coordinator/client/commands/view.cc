@@ -29,7 +29,8 @@ absl::StatusOr<ExitCode> ViewVariants(const ViewOptions& options, Session& sessi
     session.PrintJson({{"variant_sheet", result.sheet_png},
                        {"variants", result.variants},
                        {"pairs", result.pairs},
-                       {"pairs_common", result.pairs_common}});
+                       {"pairs_common", result.pairs_common},
+                       {"full_scale_px", result.full_scale_px}});
     return kExitOk;
   }
   *session.out().stream << result.sheet_png << "\n";
@@ -75,8 +76,9 @@ absl::StatusOr<ExitCode> View(const ViewOptions& options, Session& session) {
 void RegisterView(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "view", "Draw a contact sheet and histograms of a dataset",
-      "One row a pair: left, right, disparity, depth and the index maps; beside it a page of\n"
-      "histograms. Any folder above frame folders will do.\n"
+      "One row a pair: left, right, disparity, occlusion, objects, materials and normals, as far "
+      "as\n"
+      "they were written; beside it a page of histograms. Any folder above frame folders will do.\n"
       "\n"
       "Examples:\n"
       "  parallax view out/quickstart\n"

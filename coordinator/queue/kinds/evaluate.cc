@@ -1,11 +1,13 @@
 // Kind `evaluate`: the scores of a trained network, or of a baseline, on a benchmark.
 //
 // Results: "evaluate" by work key, an EvaluateResult. The key covers the training's key, so that a
-// benchmark is scored once for each network, whichever study asks.
+// benchmark is scored once for each network, whichever study asks. Scores of a benchmark that was
+// incomplete where they were made are not used for later studies: see KeyFor.
 #include <fmt/core.h>
 
 #include <cmath>
 
+#include "common/base/ability_tags.h"
 #include "common/base/names.h"
 #include "common/base/status.h"
 #include "common/config/training.h"
@@ -24,6 +26,7 @@ std::string WhyNoResult(const v1::EvaluateResult& result) {
     return std::string("no file ") + kScoresFile;
   }
   if (result.pairs() < 1) return fmt::format("{} pairs scored", result.pairs());
+  if (result.pairs_missing() < 0) return "a negative number of missing pairs";
   if (result.metric().empty() || !IsPlainText(result.metric()) ||
       result.metric().size() > kMaxNameBytes) {
     return "a metric without a plain name";
@@ -119,8 +122,9 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
     settings.clear_seed();
     settings.clear_heldout();
     settings.clear_threads();
-    const Sha256Digest key =
-        EvaluateKey(desk.versions(), predictor, DeterministicBytes(settings), heldout);
+    ASSIGN_OR_RETURN(const Sha256Digest key,
+                     KeyFor(desk, EvaluateKey(desk.versions(), predictor,
+                                              DeterministicBytes(settings), heldout)));
     return JobKeys{key, key};
   }
 
@@ -149,6 +153,15 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
     return WhyNoResult(result);
   }
 
+  // A network predicts by its trainer.
+  void AddAbilities(const v1::EvaluateInput& input, std::vector<std::string>* tags) const override {
+    const v1::EvaluateJob& job = input.job();
+    if (input.train_job() != 0) tags->push_back(TrainerTag(job.trainer()));
+    if (job.benchmark() != kHeldoutName && job.benchmark() != kShippedBenchmark) {
+      tags->push_back(BenchmarkTag(job.benchmark()));
+    }
+  }
+
   static constexpr Invariant kInvariants[] = {
       {"an evaluation has its result",
        "SELECT j.id FROM all_jobs AS j LEFT JOIN results AS r ON r.work_key = j.work_key"
@@ -159,6 +172,21 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
        " JOIN all_jobs AS t ON t.id = w.on_job WHERE j.kind = 'evaluate' AND j.attempts > 0"
        " AND (t.kind <> 'train' OR t.state <> 'SUCCEEDED')"},
   };
+
+  // Returns the first of a row of keys, which begins with `key`, that has no stored result of an
+  // incomplete benchmark. A benchmark's folder may be completed, and no key tells that: so each new
+  // job makes such a result again, until there is a complete one.
+  static absl::StatusOr<Sha256Digest> KeyFor(WorkDesk& desk, Sha256Digest key) {
+    while (true) {
+      ASSIGN_OR_RETURN(const std::optional<StoredResult> stored, desk.FindResult(key));
+      v1::EvaluateResult result;
+      if (!stored || stored->rejected || !UnpackMessage(stored->bytes, result).ok() ||
+          result.pairs_missing() == 0) {
+        return key;
+      }
+      key = Sha256Of("evaluate again " + HexOf(key));
+    }
+  }
 
   static absl::Status AddCheckpoint(int64_t job, v1::EvaluateInput& input, ResultReader& results) {
     ASSIGN_OR_RETURN(const v1::TrainResult training, TrainingWaitedFor(job, results));

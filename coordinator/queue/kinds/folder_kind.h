@@ -21,7 +21,10 @@ class FolderKind : public JobKind {
   // ---- Messages
   WorkNeeds NeedsOf(std::string_view bytes) const override {
     const auto input = InputOf<Input>(bytes);
-    return input.ok() ? parallax::NeedsOf(input->needs()) : WorkNeeds();
+    if (!input.ok()) return WorkNeeds();
+    WorkNeeds needs = parallax::NeedsOf(input->needs());
+    AddAbilities(*input, &needs.tags);
+    return needs;
   }
 
   std::shared_ptr<const CheckedResult> CheckResult(std::string_view bytes) const override {
@@ -80,6 +83,8 @@ class FolderKind : public JobKind {
     return static_cast<const Checked&>(result).result;
   }
 
+  // Adds the tags of what a worker must have for this job; see common/base/ability_tags.h.
+  virtual void AddAbilities(const Input& input, std::vector<std::string>* tags) const = 0;
   // Returns why no job can have this result, whose files were found good; empty if a job can.
   virtual std::string WhyBad(const Result& result) const = 0;
 };

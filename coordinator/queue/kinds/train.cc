@@ -10,6 +10,7 @@
 #include <map>
 #include <numeric>
 
+#include "common/base/ability_tags.h"
 #include "common/base/names.h"
 #include "common/base/status.h"
 #include "common/config/training.h"
@@ -149,6 +150,10 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
 
  private:
   std::string WhyBad(const v1::TrainResult& result) const override { return WhyNoResult(result); }
+
+  void AddAbilities(const v1::TrainInput& input, std::vector<std::string>* tags) const override {
+    tags->push_back(TrainerTag(input.job().trainer()));
+  }
 
   static constexpr Invariant kInvariants[] = {
       {"a trained network has its result",

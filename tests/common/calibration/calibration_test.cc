@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/calib3d.hpp>
+#include <opencv2/core.hpp>
 
 #include "common/base/file.h"
 
@@ -121,6 +122,41 @@ TEST(Calibration, OpenCvIsRectifiedAsOpenCvRectifies) {
   EXPECT_NEAR(*ours.baseline_m, 1e-3 * cv::norm(translation), 1e-12);
 }
 
+// Writes what OpenCV's sample stereo_calib writes into its two files.
+std::string StereoFileOf(const char* name) {
+  const cv::Matx33d k(500, 0, 320, 0, 500, 240, 0, 0, 1);
+  const cv::Mat lens = (cv::Mat_<double>(1, 5) << -0.2, 0.1, 0, 0, 0);
+  const cv::Mat rotation = cv::Mat::eye(3, 3, CV_64F);
+  const cv::Mat translation = (cv::Mat_<double>(3, 1) << -0.1, 0, 0);
+  cv::Mat r1, r2, p1, p2, q;
+  cv::stereoRectify(k, lens, k, lens, {640, 480}, rotation, translation, r1, r2, p1, p2, q);
+  cv::FileStorage file(name, cv::FileStorage::WRITE | cv::FileStorage::MEMORY);
+  file << "M1" << cv::Mat(k) << "D1" << lens << "M2" << cv::Mat(k) << "D2" << lens;
+  file << "R" << rotation << "T" << translation;
+  file << "R1" << r1 << "R2" << r2 << "P1" << p1 << "P2" << p2 << "Q" << q;
+  return file.releaseAndGetString();
+}
+
+TEST(Calibration, OpenCvWithProjectionsIsNoKitti) {
+  for (const char* name : {"stereo.yml", "stereo.xml", "stereo.json"}) {
+    SCOPED_TRACE(name);
+    const auto calibration = ParseCalibration(StereoFileOf(name), name);
+    ASSERT_TRUE(calibration.ok()) << calibration.status();
+    EXPECT_EQ(calibration->format, "opencv");
+    EXPECT_NEAR(*calibration->baseline_m, 0.1, 1e-12);
+    ASSERT_TRUE(calibration->raw);
+    EXPECT_EQ((*calibration->raw)[1].lens.c[0], -0.2);
+  }
+  // Plain YAML, without cv::FileStorage's first line.
+  const auto plain = ParseCalibration(
+      "P1: [500, 0, 320, 0, 0, 500, 240, 0, 0, 0, 1, 0]\n"
+      "P2: [500, 0, 320, -50, 0, 500, 240, 0, 0, 0, 1, 0]\n",
+      "f");
+  ASSERT_TRUE(plain.ok()) << plain.status();
+  EXPECT_EQ(plain->format, "opencv");
+  EXPECT_NEAR(*plain->baseline_m, 0.1, 1e-12);
+}
+
 TEST(Calibration, OpenCvXmlOfBoosterHasItsProjections) {
   const StereoCalibration calibration = Parse("opencv.xml");
   ExpectIntrinsics(calibration.rectified, 800.25, 801.5, 514.5, 376.25);
@@ -147,6 +183,41 @@ TEST(Calibration, RealSenseOfARectifiedPairHasNoRawCameras) {
   EXPECT_NEAR(*turned->baseline_m, 0.0950137, 1e-12);
   EXPECT_NEAR(TurnOfRotation((*turned->raw)[0].rectified_from_raw).pitch_rad,
               -TurnOfRotation((*turned->raw)[1].rectified_from_raw).pitch_rad, 1e-12);
+}
+
+// A file with the extrinsics of several streams, in place of the two cameras' own.
+std::string RealSenseWith(const std::string& extrinsics) {
+  std::string text = TextOf("realsense.json");
+  const size_t at = text.find("\"infrared1_to_infrared2\"");
+  return text.substr(0, at) + extrinsics + "}";
+}
+
+TEST(Calibration, RealSenseTakesTheExtrinsicsBetweenItsTwoStreams) {
+  const std::string turned =
+      R"({"rotation": [0,1,0, -1,0,0, 0,0,1], "translation": [-0.015, 0, 0]})";
+  const std::string plain =
+      R"({"rotation": [1,0,0, 0,1,0, 0,0,1], "translation": [-0.0950137, 0, 0]})";
+  const std::string back =
+      R"({"rotation": [1,0,0, 0,1,0, 0,0,1], "translation": [0.0950137, 0, 0]})";
+  for (const std::string& extrinsics : {
+           R"("color_to_infrared1": )" + turned + R"(, "infrared1_to_infrared2": )" + plain +
+               R"(, "infrared2_to_color": )" + turned,
+           R"("infrared1_to_color": )" + turned + R"(, "infrared2_to_infrared1": )" + back,
+           R"("extrinsics": {"Infrared 1": {"Infrared 2": )" + plain + R"(, "Color": )" + turned +
+               "}}",
+       }) {
+    SCOPED_TRACE(extrinsics);
+    const auto calibration = ParseCalibration(RealSenseWith(extrinsics), "f");
+    ASSERT_TRUE(calibration.ok()) << calibration.status();
+    EXPECT_NEAR(*calibration->baseline_m, 0.0950137, 1e-12);
+    EXPECT_FALSE(calibration->raw) << "not turned";
+  }
+  const auto others = ParseCalibration(
+      RealSenseWith(R"("infrared1_to_color": )" + turned + R"(, "infrared1_to_gyro": )" + plain),
+      "f");
+  EXPECT_EQ(others.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(ToStd(others.status().message())),
+              HasSubstr("of several streams (\"infrared1_to_color\", \"infrared1_to_gyro\")"));
 }
 
 TEST(Calibration, EveryPresetIsAPlausibleRectifiedCamera) {
@@ -194,6 +265,12 @@ TEST(Calibration, EachBadFileNamesItsLineFieldAndWhatIsAllowed) {
        "S_rect_02:", "S_wrong:", "f: S_rect_02: missing, allowed is 2 numbers"},
       {"kitti_calib_cam_to_cam.txt", "R_rect_02: 9.998817e-01", "R_rect_02: 0.5",
        "f:9: R_rect_02: not a rotation"},
+      {"kitti_calib_cam_to_cam.txt", "S_02: 1.392000e+03", "S_02: 1e300",
+       "f:3: S_02: \"1e300 5.120000e+02\", allowed are whole numbers from 1 to 16384"},
+      {"kitti_calib_cam_to_cam.txt", "S_rect_02: 1.242000e+03", "S_rect_02: -3",
+       "f:8: S_rect_02: \"-3 3.750000e+02\", allowed are whole numbers"},
+      {"opencv.yml", "image_width: 640", "imageSize: [640, 4e9]",
+       "f:3: imageSize: \"640 4e9\", allowed are whole numbers from 1 to 16384"},
       {"zed.conf", "[RIGHT_CAM_HD]", "[RIGHT_CAM_VGA]",
        "f: RIGHT_CAM_HD.fx: missing, allowed is a number"},
       {"zed.conf", "cy=344.1835", "cy=nan",
@@ -236,6 +313,23 @@ TEST(Calibration, AFileThatIsNoCalibrationIsToldWhatIsAllowed) {
     EXPECT_THAT(std::string(ToStd(result.status().message())), HasSubstr("allowed")) << text;
   }
   EXPECT_FALSE(ParseCalibration(std::string("cam0=\0[", 7), "f").ok());
+  // Aliases that stand for nine to the tenth numbers, in lists and in maps.
+  std::string lists = "a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1]\n", maps = "b0: &b0 {x: 1}\n";
+  for (int i = 1; i <= 9; ++i) {
+    const std::string number = std::to_string(i), before = std::to_string(i - 1);
+    lists += "a" + number + ": &a" + number + " [";
+    maps += "b" + number + ": &b" + number + " {";
+    for (int k = 0; k < 9; ++k) {
+      lists += "*a" + before + ", ";
+      maps += "k" + std::to_string(k) + ": *b" + before + ", ";
+    }
+    lists += "1]\n";
+    maps += "x: 1}\n";
+  }
+  for (const std::string& text : {lists, maps}) {
+    EXPECT_THAT(std::string(ToStd(ParseCalibration(text, "f").status().message())),
+                HasSubstr("f: with its aliases written out it has more than"));
+  }
   // Entities that would grow without bound.
   const std::string bomb =
       "<?xml version=\"1.0\"?><!DOCTYPE a [<!ENTITY x \"xxxxxxxxxx\">"

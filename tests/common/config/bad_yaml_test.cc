@@ -140,7 +140,10 @@ TEST(SceneConfigYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
       {"rigs:\n  count: 1\n  count: 2", "f.yaml:3: rigs.count: stands twice, allowed is once"},
       {"? [a]\n: 1", "f.yaml:1: a list as a key, allowed is a field name"},
       {"type: indoor\nrigs: {count: 1", "f.yaml:2: not YAML: ..."},
-      {"a\tb:\n\t- c", "f.yaml:2: not YAML: ..."},
+      {"a\tb:\n\t- c", "f.yaml:2: not YAML: line 2 begins with a tab; indent with spaces"},
+      {"rigs:\n  count: 3\n\tbaseline_m: 1",
+       "f.yaml:3: not YAML: line 3 begins with a tab; indent with spaces"},
+      {"type: [indoor\nrigs:\n\tcount: 3", "f.yaml:2: not YAML: ..."},
       {"type: indoor\n---\ntype: dense", "f.yaml:3: a second YAML document, allowed is one"},
       {", 5", "f.yaml:1: a second YAML document, allowed is one"},
       {"  type: indoor\n , 5", "f.yaml:2: a second YAML document, allowed is one"},
@@ -151,7 +154,16 @@ TEST(SceneConfigYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
 
 TEST(StudyYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
   const BadRow rows[] = {
-      {"", "s.yaml: nothing, allowed is a map of fields..."},
+      {"",
+       "s.yaml: nothing, allowed is a map of fields: those of a study (study, pairs, variants) or "
+       "of a scene config"},
+      {"study: s\npairs: 1\nrigs: {count: 2}\nvariants: [{name: a}]",
+       "s.yaml:3: rigs: no field of a study but of its scenes, allowed is variants[].set.rigs, or "
+       "the file that `base` names"},
+      {"study: s\npairs: 1\nvariants:\n  - name: a\n    set: {materials: {picture_dir: /a/b}}",
+       "s.yaml:5: variants[0].set.materials.picture_dir: \"/a/b\" is an absolute path, allowed is "
+       "a folder below the worker's --picture-root, such as posters/large; for `parallax run` that "
+       "root is /: write \"a/b\", or give any folder of pictures by its --picture-dir"},
       {"pairs: 1\nvariants: [{name: a}]", "s.yaml:1: study: missing, allowed is the study's name"},
       {"study: s\nvariants: [{name: a}]", "s.yaml:1: pairs: missing, ..."},
       {"study: s\npairs: 1", "s.yaml:1: variants: missing, ..."},

@@ -59,6 +59,11 @@ TEST(SensorPresets, WhatASensorNeedsMustBeKept) {
                       .status()
                       .message()),
       HasSubstr("without depth, which sensor.defocus_px is worked out from"));
+  EXPECT_THAT(
+      std::string(Parse("{preset: ideal, exposure_ms: 9}", "{keep_hdr: true, maps: [disparity]}")
+                      .status()
+                      .message()),
+      HasSubstr("without depth, which the blur of sensor.exposure_ms is worked out from"));
   EXPECT_TRUE(Parse("{preset: ideal}", "{keep_hdr: true, maps: [disparity]}").ok());
   EXPECT_TRUE(Parse("{preset: off}", "{}").ok());
   EXPECT_THAT(std::string(Parse("{preset: webcan}", "{keep_hdr: true}").status().message()),

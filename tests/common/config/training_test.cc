@@ -273,6 +273,21 @@ TEST(Training, TheNameHeldoutIsReserved) {
                         "evaluate.heldout_pairs, allowed is another name"));
 }
 
+TEST(Training, NamesOfResultFoldersAreReservedWhereThereAreResults) {
+  for (const std::string_view folder : kResultFolders) {
+    const std::string head =
+        "study: s\npairs: 1\nvariants:\n  - name: a\n  - name: " + std::string(folder) + "\n";
+    EXPECT_TRUE(ParseStudy(head, "s.yaml").ok()) << folder;
+    for (const char* part : {"train: {}\n", "evaluate: {heldout_pairs: 2}\n"}) {
+      const auto study = ParseStudy(head + part, "s.yaml");
+      EXPECT_EQ(std::string(ToStd(study.status().message())),
+                "s.yaml:5: variants[1].name: \"" + std::string(folder) +
+                    "\" is reserved for the results of a study that trains or evaluates, allowed "
+                    "is another name");
+    }
+  }
+}
+
 TEST(Training, MessagesAreHeldToTheSameRules) {
   const v1::StudySpec good = Parsed("train: {}\nevaluate: {heldout_pairs: 5}\n");
   ASSERT_TRUE(ValidateStudy(good).ok()) << ValidateStudy(good);

@@ -1,8 +1,11 @@
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "common/base/cores.h"
 #include "tests/coordinator/client/command_test.h"
@@ -38,6 +41,17 @@ TEST_F(CommandTest, CatalogueListsEveryClassAndMaterialWithWhatTheyCost) {
   const Outcome unknown = RunCommand({"catalogue", "Unicorn"});
   EXPECT_NE(unknown.exit_code, kExitOk);
   EXPECT_THAT(unknown.err, HasSubstr("'Unicorn'"));
+  // Names are those of studies, which may write them in any case.
+  const Outcome any_case = RunCommand({"catalogue", "chair", "--seeds", "1"});
+  EXPECT_THAT(any_case.out, HasSubstr("Chair "));
+  EXPECT_THAT(any_case.out, Not(HasSubstr("Sofa")));
+}
+
+TEST_F(CommandTest, SheetsNeedAFolderBeforeAnythingIsDrawn) {
+  const std::string file = WriteText("file", "x");
+  const Outcome outcome = RunCommand({"catalogue", "Chair", "--sheet", file + "/sheets"});
+  EXPECT_NE(outcome.exit_code, kExitOk);
+  EXPECT_THAT(outcome.err, HasSubstr("can't make the folder " + file + "/sheets: "));
 }
 
 // ---- Usage
@@ -62,7 +76,7 @@ TEST_F(CommandTest, EveryCommandHasHelpWithAnExample) {
 TEST_F(CommandTest, UsageErrorsAreOneLineAndExitTwo) {
   const struct {
     std::vector<std::string> arguments;
-    const char* wanted;
+    std::string wanted;
   } cases[] = {
       {{"statsu"}, "did you mean `parallax status`?"},
       {{"scene", "shwo"}, "did you mean `parallax scene show`?"},
@@ -73,6 +87,18 @@ TEST_F(CommandTest, UsageErrorsAreOneLineAndExitTwo) {
       {{"submit", "quickstart", "--pairs", "0"}, "--pairs: 0 was given, at least 1 is needed"},
       {{"submit", "quickstart", "--pairs", "4", "--scenes", "1"}, "--pairs and --scenes"},
       {{"submit", "quickstart", "--profile", "ultra"}, "preview"},
+      {{"submit", "quickstart", "--seed", "-1"},
+       "--seed: -1, allowed is a whole number from 0 to 2^64 - 1"},
+      {{"plan", "quickstart", "--seed=-1"}, "--seed: -1, allowed is a whole number"},
+      {{"run", "quickstart", "--out", "o", "--seed", "18446744073709551616"}, "--seed: 18446744"},
+      {{"catalogue", "--first-seed", "-1"}, "--first-seed: -1, allowed is a whole number"},
+      {{"catalogue", "Vase", "nosuch", "--seeds", "1"}, "family is called 'nosuch'"},
+      {{"catalogue", "--sheet", dir_, "nosuch"}, "family is called 'nosuch'"},
+      {{"export", dir_, "--out", dir_ + "/o", "--flat"}, "--flat is for the layout crestereo"},
+      {{"scene", "show", dir_}, dir_ + ": a folder, wanted a recipe's file or, of a dataset, "},
+      {{"config", "camera", "nosuch"},
+       "error: nosuch: no such file; as a preset: \"nosuch\" is not known (allowed: "
+       "zed_2i"},
       {{"submit", "baseline", "--width", "3"},
        "error: with these options variants[0].config.rigs.width_px: 3 is out of range"},
       {{"jobs", "3", "--state", "lazy"}, "lazy"},
@@ -94,6 +120,21 @@ TEST_F(CommandTest, UsageErrorsAreOneLineAndExitTwo) {
     EXPECT_EQ(Lines(outcome.err), 1) << outcome.err;
     EXPECT_EQ(outcome.out, "");
   }
+}
+
+TEST_F(CommandTest, OutputThatDoesNotArriveIsADiskError) {
+  const int full = open("/dev/full", O_WRONLY);
+  ASSERT_GE(full, 0);
+  for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
+           {"config", "show", "indoor"}, {"config", "list", "--json"}, {"--help"}, {"--version"}}) {
+    std::ostringstream err;
+    Environment environment;
+    environment.out = Terminal::OnDescriptor(full);
+    environment.err.stream = &err;
+    EXPECT_EQ(RunClient(arguments, environment), kExitDisk) << arguments[0];
+    EXPECT_EQ(err.str(), "error: standard output: No space left on device\n") << arguments[0];
+  }
+  close(full);
 }
 
 TEST_F(CommandTest, AnAbsentCoordinatorIsOneLineAndExitThree) {
@@ -161,7 +202,75 @@ TEST_F(CommandTest, ConfigCheckAndShow) {
   EXPECT_THAT(outcome.err, HasSubstr(bad + ":1"));
 }
 
+TEST_F(CommandTest, AFileWithNothingInItGetsOneVerdict) {
+  for (const char* text : {"", "# nothing\n\n  # yet\n"}) {
+    const std::string file = WriteText("empty.yaml", text);
+    for (const std::vector<std::string>& command :
+         std::vector<std::vector<std::string>>{{"config", "check", file},
+                                               {"config", "show", file},
+                                               {"plan", file},
+                                               {"run", file, "--out", dir_ + "/out"}}) {
+      const Outcome outcome = RunCommand(command);
+      EXPECT_EQ(outcome.exit_code, kExitUsage) << command[0];
+      EXPECT_EQ(outcome.err, "error: " + file +
+                                 ": nothing, allowed is a map of fields: those of a study (study, "
+                                 "pairs, variants) or of a scene config\n");
+    }
+  }
+}
+
 // ---- run: what is refused before anything starts
+
+TEST_F(CommandTest, RunRefusesATrainerThatItsWorkersMayNotRun) {
+  const std::string study = WriteText(
+      "s.yaml", "study: s\npairs: 2\nvariants: [{name: a}]\ntrain:\n  steps: 3\n  trainer: nope\n");
+  const auto run = [&](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"run", study, "--out", dir_ + "/out"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = RunCommand(arguments);
+    EXPECT_EQ(outcome.exit_code, kExitUsage);
+    EXPECT_FALSE(fs::exists(dir_ + "/out"));
+    return outcome.err;
+  };
+  const std::string where = "error: " + study + ":6: train.trainer: \"nope\"";
+  EXPECT_EQ(run({}), where + " may not run here, allowed by --allow-trainers: builtin\n");
+  EXPECT_THAT(run({"--allow-trainers", "builtin,nope"}), StartsWith(where + ": name the folder"));
+  EXPECT_THAT(run({"--allow-trainers", "nope", "--trainers", dir_}),
+              StartsWith(where + ": no such file " + dir_ + "/nope.yaml"));
+  WriteText("nope.yaml", "x");
+  setenv("PARALLAX_WORKER", (dir_ + "/gone").c_str(), 1);
+  EXPECT_THAT(run({"--allow-trainers", "nope", "--trainers", dir_}), HasSubstr(dir_ + "/gone"))
+      << "the trainer may run";
+  unsetenv("PARALLAX_WORKER");
+}
+
+TEST_F(CommandTest, RunRefusesAFolderInsideOfADataset) {
+  fs::create_directories(dir_ + "/tiny/.parallax");
+  WriteText("tiny/study.lock.yaml", "x");
+  setenv("PARALLAX_WORKER", "/bin/false", 1);
+  const Outcome outcome = RunCommand({"run", "quickstart", "--out", dir_ + "/tiny/new", "--yes"});
+  unsetenv("PARALLAX_WORKER");
+  EXPECT_EQ(outcome.exit_code, kExitUsage);
+  EXPECT_THAT(outcome.err, HasSubstr("/tiny/new lies in the dataset "));
+  EXPECT_FALSE(fs::exists(dir_ + "/tiny/new"));
+}
+
+TEST_F(CommandTest, PictureFoldersAreCountedFromTheRoot) {
+  const std::string study = WriteText("s.yaml",
+                                      "study: s\npairs: 2\nvariants:\n  - name: a\n"
+                                      "    set: {materials: {picture_dir: nowhere/posters}}\n");
+  const Outcome run = RunCommand({"run", study, "--out", dir_ + "/out"});
+  EXPECT_EQ(run.exit_code, kExitUsage);
+  EXPECT_EQ(
+      run.err,
+      "error: variant a: materials.picture_dir: no such folder /nowhere/posters; `run` counts "
+      "these paths from /: home/ada/own stands for /home/ada/own, and its option "
+      "--picture-dir takes any folder\n");
+  EXPECT_FALSE(fs::exists(dir_ + "/out"));
+  const Outcome submitted = Run({"submit", study});
+  EXPECT_EQ(submitted.exit_code, kExitUsage);
+  EXPECT_THAT(submitted.err, HasSubstr("no such folder /nowhere/posters, as seen from here; "));
+}
 
 TEST_F(CommandTest, RunAsksBeforeItMovesInWithOtherFiles) {
   fs::create_directories(dir_ + "/home");

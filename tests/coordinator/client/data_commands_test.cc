@@ -4,13 +4,17 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/image/io.h"
+#include "common/image/jpeg.h"
 #include "tests/coordinator/client/command_test.h"
+#include "tests/worker/dataset/synthetic_archive.h"
 
 namespace parallax::client {
 namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using Json = nlohmann::json;
 
 TEST_F(CommandTest, FetchFromAStoreThatNobodySendsIsClear) {
@@ -89,6 +93,104 @@ TEST_F(CommandTest, SceneShowReadsFilesAndCoordinators) {
   outcome = RunCommand({"scene", "show", WriteText("x.pb", "hello")});
   EXPECT_EQ(outcome.exit_code, kExitUsage);
   EXPECT_THAT(outcome.err, HasSubstr("not a scene recipe"));
+}
+
+TEST_F(CommandTest, ScenesOfAMistypedFolderSayThatThereIsNone) {
+  const std::vector<std::string> mistyped = {"scene", "show", dir_ + "/nosuch", "narrow", "0"};
+  std::vector<std::string> alone = mistyped;
+  alone.insert(alone.end(), {"--coordinator", "unix:" + dir_ + "/socket"});
+  Outcome outcome = RunCommand(alone);
+  EXPECT_EQ(outcome.exit_code, kExitUnreachable);
+  EXPECT_THAT(outcome.err, HasSubstr("/nosuch: no such folder here, and no coordinator at "));
+  coordinator_.studies = {Baseline()};
+  outcome = Run(mistyped);
+  EXPECT_EQ(outcome.exit_code, kExitUsage);
+  EXPECT_THAT(outcome.err, HasSubstr("/nosuch: no such folder here, and no study '"));
+  fs::create_directories(dir_ + "/data/narrow/scenes");
+  outcome = RunCommand({"scene", "show", dir_ + "/data"});
+  EXPECT_THAT(outcome.err, HasSubstr("/data VARIANT SCENE with a variant of narrow"));
+}
+
+TEST_F(CommandTest, VerifySaysHowManyPairsAreStillToCome) {
+  const std::string dir = dir_ + "/data";
+  MakeSyntheticArchive(dir, {.variants = {"a", "b"}, .scenes = 1, .last_frame_missing = true});
+  Outcome outcome = RunCommand({"verify", dir, "--no-geometry"});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.out << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("data: 2 of 4 pairs asked for, "));
+  EXPECT_THAT(outcome.out, HasSubstr("all as it should be"));
+  EXPECT_THAT(RunCommand({"verify", dir + "/a", "--no-geometry"}).out,
+              HasSubstr("a: 1 of 2 pairs asked for, "));
+  Json json = Json::parse(RunCommand({"verify", dir, "--no-geometry", "--json"}).out);
+  EXPECT_EQ(json["frames"], 2);
+  EXPECT_EQ(json["pairs_wanted"], 4);
+  MakeSyntheticArchive(dir, {.scenes = 1, .rigs = 1, .last_frame_missing = true});
+  outcome = RunCommand({"verify", dir});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.out;
+  EXPECT_THAT(outcome.out, HasSubstr("0 of 1 pair asked for, 0 files (0 B), nothing to check yet"));
+  MakeSyntheticArchive(dir, {.scenes = 1, .rigs = 1});
+  EXPECT_THAT(RunCommand({"verify", dir, "--no-geometry"}).out, HasSubstr("data: 1 pair, "));
+}
+
+TEST_F(CommandTest, ViewTellsTheColumnsOfItsSheet) {
+  const std::string help = RunCommand({"view", "--help"}).out;
+  for (const char* column :
+       {"left", "right", "disparity", "occlusion", "objects", "materials", "normals"}) {
+    EXPECT_THAT(help, HasSubstr(column));
+  }
+  EXPECT_THAT(help, Not(HasSubstr("depth")));
+}
+
+TEST_F(CommandTest, PredictRefusesWhatIsNoCheckpoint) {
+  const std::string yaml = WriteText("tiny.yaml", "study: tiny\n");
+  const Outcome outcome =
+      RunCommand({"predict", yaml, "left.png", "right.png", "--out", dir_ + "/d.pfm"});
+  EXPECT_EQ(outcome.exit_code, kExitUsage);
+  EXPECT_THAT(outcome.err, HasSubstr(yaml + ": no checkpoint of the built-in trainer"));
+}
+
+// ---- Own pictures
+
+TEST_F(CommandTest, PicturesThatAreNoneAreNamed) {
+  fs::create_directories(dir_ + "/own/sub");
+  const ImageRgb8 image(40, 30);
+  const std::string png = *EncodePng(image), jpeg = *EncodeJpeg(image, 90);
+  WriteText("own/a.png", png);
+  WriteText("own/sub/b.jpg", jpeg);
+  WriteText("own/c.png", jpeg);  // Content counts, not the name.
+  const Outcome good = RunCommand({"config", "pictures", dir_ + "/own"});
+  EXPECT_EQ(good.exit_code, kExitOk) << good.err;
+  EXPECT_EQ(good.out.size(), 65u) << good.out;
+  const struct {
+    std::string bytes;
+    const char* wanted;
+  } cases[] = {
+      {"just text", "neither a PNG nor a JPEG"},
+      {"", "neither a PNG nor a JPEG"},
+      {png.substr(0, png.size() / 2), "broken PNG: it ends early"},
+      {png.substr(0, png.size() - 1), "broken PNG: it ends early"},
+      {png.substr(0, 8) + "nonsense that is long enough", "broken PNG: "},
+      {png.substr(0, 16) + std::string(4, '\0') + png.substr(20), "broken PNG: its header"},
+      {jpeg.substr(0, jpeg.size() - 2), "broken JPEG: it ends early"},
+      {jpeg.substr(0, 30), "broken JPEG: it ends early"},
+      {"\xff\xd8 and text", "broken JPEG: "},
+  };
+  const std::string study =
+      WriteText("s.yaml",
+                "study: s\npairs: 2\nvariants:\n  - name: a\n    set: {materials: "
+                "{picture_dir: '" +
+                    dir_.substr(1) + "/own'}}\n");
+  for (const auto& c : cases) {
+    const std::string bad = WriteText("own/sub/bad.png", c.bytes);
+    for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
+             {"config", "pictures", dir_ + "/own"}, {"run", study, "--out", dir_ + "/out"}}) {
+      const Outcome outcome = RunCommand(command);
+      EXPECT_EQ(outcome.exit_code, kExitUsage) << c.wanted;
+      EXPECT_THAT(outcome.err, HasSubstr(bad + ": " + c.wanted));
+    }
+    EXPECT_THAT(Run({"submit", study}).err, HasSubstr(bad));
+  }
+  EXPECT_FALSE(fs::exists(dir_ + "/out"));
+  EXPECT_TRUE(coordinator_.submitted.empty());
 }
 
 }  // namespace

@@ -62,6 +62,22 @@ TEST_F(OutDirTest, APlaceThatCannotBeWrittenIsADiskError) {
   EXPECT_THAT(std::string(out.status().message()), HasSubstr("/proc/parallax"));
 }
 
+TEST_F(OutDirTest, AFolderInsideOfADatasetIsRefused) {
+  fs::create_directories(dir_ + "/data/narrow");
+  std::ofstream(dir_ + "/data/study.lock.yaml") << "x";
+  EXPECT_TRUE(OutDir::Open(dir_ + "/data/new").ok()) << "a lock file alone is no dataset";
+  std::ofstream(dir_ + "/data/narrow/index.jsonl") << "x";
+  for (const char* inside : {"/data/narrow", "/data/other/", "/data/a/b"}) {
+    const auto out = OutDir::Open(dir_ + inside);
+    EXPECT_EQ(ExitCodeOf(out.status()), kExitUsage) << inside;
+    EXPECT_THAT(std::string(out.status().message()),
+                HasSubstr("lies in the dataset " + fs::canonical(dir_).string() + "/data itself"));
+  }
+  EXPECT_FALSE(fs::exists(dir_ + "/data/other"));
+  EXPECT_TRUE(OutDir::Open(dir_ + "/data").ok()) << "the dataset is gone on with";
+  EXPECT_TRUE(OutDir::Open(dir_ + "/beside").ok());
+}
+
 TEST_F(OutDirTest, ForeignFilesAreSeen) {
   EXPECT_FALSE(HoldsForeignFiles(dir_ + "/absent"));
   EXPECT_FALSE(HoldsForeignFiles(dir_));

@@ -209,7 +209,8 @@ TEST(ProgressView, JobsThatNoWorkerTakesAreTold) {
   EXPECT_EQ(waiting(one, OneWorker("train", "lost")),
             "1 train job waits: no connected worker does such jobs");
   EXPECT_EQ(waiting(WithJobs({{"train", "READY", 2}}), OneWorker("train", "idle")),
-            "2 train jobs wait: no connected worker has the GPU, memory or tags for them");
+            "2 train jobs wait: no connected worker has the trainer (--allow-trainers), benchmark "
+            "(--benchmarks), GPU, memory or tags for them");
   EXPECT_EQ(waiting(one, OneWorker("train", "busy")), "") << "its turn comes";
   EXPECT_EQ(waiting(one, OneWorker("train", "idle"), OneTraining()), "") << "one is at work";
   v1::StudyStatus paused = one;

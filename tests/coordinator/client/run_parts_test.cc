@@ -37,6 +37,17 @@ TEST(DiskErrors, AreToldFromThoseOfTheWork) {
   }
 }
 
+TEST(Benchmarks, AStudyOfSomeThatAreNotHereIsToldSoBeforeItRenders) {
+  v1::StudySpec study;
+  EXPECT_TRUE(CheckBenchmarksAreHere(study, "").ok()) << "it evaluates nothing";
+  study.mutable_evaluate()->add_benchmarks("eth3d");
+  const absl::Status no_folder = CheckBenchmarksAreHere(study, "");
+  EXPECT_EQ(ExitCodeOf(no_folder), kExitUsage) << no_folder;
+  EXPECT_THAT(no_folder.ToString(), HasSubstr("(see --benchmarks): eth3d"));
+  EXPECT_THAT(CheckBenchmarksAreHere(study, testing::TempDir()).ToString(),
+              HasSubstr("two_view_training"));
+}
+
 TEST(SocketFolder, IsPrivateAndShort) {
   const std::string longest = "/tmp/" + std::string(120, 'x');
   setenv("XDG_RUNTIME_DIR", longest.c_str(), 1);

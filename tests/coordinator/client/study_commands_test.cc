@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "common/base/names.h"
+#include "coordinator/client/study_view.h"
 #include "tests/coordinator/client/command_test.h"
 
 namespace parallax::client {
@@ -132,6 +133,43 @@ TEST_F(CommandTest, StatusJsonHasTheDocumentedFields) {
   EXPECT_EQ(json["variants"][0]["problems"][0]["error"], "it burns\nand more");
 }
 
+TEST_F(CommandTest, ProblemsWithoutASceneNameNone) {
+  constexpr uint32_t kNoScene = UINT32_MAX;  // As coordinators send it.
+  v1::StudyStatus study = Baseline();
+  v1::JobProblem* training = study.mutable_variants(0)->add_problems();
+  training->set_job_id(18);
+  training->set_state("FAILED");
+  training->set_scene(kNoScene);
+  training->set_error("train narrow, seed 1: exit status 3");
+  v1::JobProblem* gave_up = study.mutable_variants(0)->add_problems();
+  gave_up->set_state("GAVE_UP");
+  gave_up->set_error("nothing works");
+  coordinator_.studies = {study};
+  const std::string out = Run({"status", "3"}).out;
+  EXPECT_THAT(out, HasSubstr("failed  narrow job 18: train narrow, seed 1: exit status 3\n"));
+  EXPECT_THAT(out, HasSubstr("gave_up  narrow: nothing works\n"));
+  EXPECT_THAT(out, Not(HasSubstr("4294967295")));
+  const Json problems = RunJson({"status", "3"})["variants"][0]["problems"];
+  EXPECT_EQ(problems[0]["scene"], 1);
+  EXPECT_EQ(problems[1]["scene"], nullptr);
+  EXPECT_EQ(problems[2]["scene"], nullptr);
+  // The notes of `run`.
+  EXPECT_EQ(PlaceOf("narrow", study.variants(0).problems(0)), "narrow scene 1");
+  EXPECT_EQ(PlaceOf("narrow", *training), "narrow");
+  EXPECT_EQ(PlaceOf("narrow", *gave_up), "narrow");
+  v1::JobStatus job;
+  job.set_variant("narrow");
+  job.set_scene(4);
+  EXPECT_EQ(PlaceOf(job), "narrow scene 4");
+  job.set_scene(kNoScene);
+  EXPECT_EQ(PlaceOf(job), "narrow");
+  job.set_label("narrow, seed 1");
+  EXPECT_EQ(PlaceOf(job), "narrow, seed 1");
+  job.set_state("RETRY_WAIT");
+  coordinator_.jobs = {job};
+  EXPECT_EQ(RunJson({"jobs", "3"})["jobs"][0]["scene"], nullptr);
+}
+
 TEST_F(CommandTest, UnknownStudiesAreAnsweredWithThoseThereAre) {
   coordinator_.studies = {Baseline()};
   for (const char* name : {"99", "nothing"}) {
@@ -189,6 +227,9 @@ TEST_F(CommandTest, OrdersReachTheStudyWithTheirReason) {
   EXPECT_EQ(RunJson({"resume", "3"})["state"], "running");
   EXPECT_THAT(Run({"cancel", "3"}).out, HasSubstr("is now cancelled"));
   EXPECT_THAT(Run({"cancel", "3"}).out, HasSubstr("was and is cancelled"));
+  const Outcome resumed = Run({"resume", "3"});
+  EXPECT_EQ(resumed.exit_code, kExitUsage);
+  EXPECT_EQ(resumed.err, "error: study 3 is cancelled: submit it again instead\n");
   EXPECT_THAT(coordinator_.orders,
               ElementsAre("pause 3 lunch", "resume 3 ", "cancel 3 ", "cancel 3 "));
 }

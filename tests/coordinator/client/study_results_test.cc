@@ -155,11 +155,26 @@ TEST_F(StudyResultsTest, ATableOfACoordinatorsStudyIsAFileInAnyFormat) {
   ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
   EXPECT_EQ(outcome.out, csv + "\n");
   const std::string text = ReadFile(csv).value_or("");
-  EXPECT_EQ(text.find("variant,trainer,seeds,benchmark,metric,value,low,high,pairs,verdict\n"), 0u);
+  EXPECT_EQ(text.find("variant,trainer,seeds,benchmark,metric,value,low,high,pairs,verdict,"
+                      "benchmark_seeds\n"),
+            0u);
   EXPECT_LT(text.find("\nzebra,builtin,2,toy,bad-2 all,6,"), text.find("\nagain,builtin,2,toy,"));
   const Outcome unknown = RunCommand({"table", "nothing", "--coordinator", coordinator_.address()});
   EXPECT_NE(unknown.exit_code, kExitOk);
   EXPECT_THAT(unknown.err, HasSubstr("nothing"));
+}
+
+TEST_F(StudyResultsTest, ATableNeedsScoresAndVariantsThatHaveSome) {
+  const std::vector<std::string> command = {"table", "s", "--coordinator", coordinator_.address()};
+  std::vector<std::string> ordered = command;
+  ordered.insert(ordered.end(), {"--order", "zebra,nope"});
+  Outcome outcome = RunCommand(ordered);
+  EXPECT_EQ(outcome.exit_code, kExitUsage);
+  EXPECT_THAT(outcome.err, HasSubstr("--order: no variant 'nope' has scores; there are again, "));
+  coordinator_.results.clear();
+  outcome = RunCommand(command);
+  EXPECT_EQ(outcome.exit_code, kExitUsage);
+  EXPECT_EQ(outcome.err, "error: study s has no scores yet\n");
 }
 
 TEST_F(StudyResultsTest, AVariantDoesNotTakeTheirPlace) {

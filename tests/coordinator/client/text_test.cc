@@ -71,5 +71,13 @@ TEST(Text, NamesAndLinesAreTrimmed) {
   EXPECT_EQ(FirstLine("one \r\ntwo"), "one");
 }
 
+TEST(Text, SeedsAreWholeNumbersFromZero) {
+  for (const char* seed : {"0", "7", "18446744073709551615"}) EXPECT_EQ(WhyNotSeed(seed), "");
+  for (const char* text : {"-1", "", "1.5", "0x10", "seven", "18446744073709551616", "1 "}) {
+    EXPECT_EQ(WhyNotSeed(text),
+              std::string(text) + ", allowed is a whole number from 0 to 2^64 - 1");
+  }
+}
+
 }  // namespace
 }  // namespace parallax::client

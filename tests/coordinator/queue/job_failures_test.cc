@@ -117,6 +117,36 @@ TEST_F(JobFailuresTest, AFailedJobComesBackAfterAGrowingWaitAndFailsTheThirdTime
   EXPECT_EQ(LeaseOne(AnyWorker("w")).scene(), 1u);
 }
 
+// Every scene is solved, every render fails, and a scene has one render job.
+TEST_F(JobFailuresTest, AStudyWhoseRendersAllFailEndsAndSaysWhy) {
+  const StudyId study = Submit({.pairs = 40, .rigs_per_scene = 1});
+  int renders = 0;
+  const auto fail_renders = [&] {
+    for (int i = 0; i < 200 && Status(study).finished_unix_s() == 0; ++i) {
+      const v1::Lease lease = LeaseOne(AnyWorker("w"));
+      if (lease.kind() == "solve") {
+        Complete(SolveAnswer(lease, "w"));
+      } else {
+        ++renders;
+        Fail(Failure(lease, "w", "a.png: broken PNG", /*retryable=*/false));
+      }
+    }
+  };
+  fail_renders();
+  ASSERT_EQ(Status(study).state(), v1::STUDY_STATE_FAILED);
+  EXPECT_EQ(renders, 10);
+  const v1::StudyStatus status = Status(study);
+  std::string problems;
+  for (const auto& problem : status.variants(0).problems()) problems += problem.error() + "\n";
+  EXPECT_THAT(problems,
+              HasSubstr("10 scenes failed and no pair was made; the last: a.png: broken"));
+  // Another try has the same patience, and no more.
+  ASSERT_TRUE(queue_->Retry(study, "tester").ok());
+  fail_renders();
+  EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_FAILED);
+  EXPECT_LE(renders, 21);
+}
+
 TEST_F(JobFailuresTest, JobsThatFailTogetherDoNotReturnTogether) {
   Submit({.pairs = 20, .rigs_per_scene = 1});
   for (const v1::Lease& lease : Lease(AnyWorker("w"), 20)) Fail(Failure(lease, "w", "boom"));

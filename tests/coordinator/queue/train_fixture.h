@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/ability_tags.h"
 #include "common/config/training.h"
 #include "coordinator/queue/job_queue.h"
 #include "parallax/v1/train.pb.h"
@@ -12,11 +13,15 @@
 
 namespace parallax {
 
+// The trainers and the benchmark that a worker of these tests has; as it tells by itself.
+inline std::vector<std::string> Abilities() {
+  return {TrainerTag("builtin"), TrainerTag("other"), BenchmarkTag("eth3d")};
+}
 inline WorkerFacts Trainer(const std::string& name) {
-  return {.name = name, .kinds = {"train"}, .memory_mb = 8000};
+  return {.name = name, .kinds = {"train"}, .memory_mb = 8000, .tags = Abilities()};
 }
 inline WorkerFacts Evaluator(const std::string& name) {
-  return {.name = name, .kinds = {"evaluate"}, .memory_mb = 8000};
+  return {.name = name, .kinds = {"evaluate"}, .memory_mb = 8000, .tags = Abilities()};
 }
 inline v1::TrainJob TrainJobOf(const v1::Lease& lease) {
   v1::TrainJob job;
@@ -62,7 +67,8 @@ inline v1::CompleteRequest TrainAnswer(const v1::Lease& lease, const std::string
   return AnswerWith(lease, worker, result);
 }
 
-inline v1::CompleteRequest EvaluateAnswer(const v1::Lease& lease, const std::string& worker) {
+inline v1::CompleteRequest EvaluateAnswer(const v1::Lease& lease, const std::string& worker,
+                                          int64_t pairs_missing = 0) {
   v1::EvaluateResult result;
   result.set_path(AttemptFolderOf(lease));
   v1::FileEntry* file = result.add_files();
@@ -73,6 +79,7 @@ inline v1::CompleteRequest EvaluateAnswer(const v1::Lease& lease, const std::str
   result.set_metric("bad-2 all");
   result.set_value(12.5);
   result.set_predict_s(2);
+  result.set_pairs_missing(pairs_missing);
   return AnswerWith(lease, worker, result);
 }
 
@@ -80,6 +87,7 @@ inline v1::CompleteRequest EvaluateAnswer(const v1::Lease& lease, const std::str
 inline WorkerFacts Everyman(const std::string& name) {
   WorkerFacts worker = AnyWorker(name);
   worker.kinds.insert(worker.kinds.end(), {"train", "evaluate"});
+  worker.tags = Abilities();
   return worker;
 }
 inline v1::CompleteRequest AnyAnswer(const v1::Lease& lease, const std::string& worker) {

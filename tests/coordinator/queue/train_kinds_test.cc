@@ -330,6 +330,23 @@ TEST_F(TrainKindsTest, TheSameDataTrainerAndSeedAreTrainedOnceAcrossStudies) {
   EXPECT_EQ(EvaluateJobOf(LeaseOne(Evaluator("e"))).step(), 100);
 }
 
+// Their scores are those of other pairs once the worker's folder is complete.
+TEST_F(TrainKindsTest, ScoresOfAnIncompleteBenchmarkAreMadeAgainForEachNewStudy) {
+  v1::SubmitRequest request = MakeStudy({.pairs = 2});
+  request.mutable_study()->mutable_evaluate()->add_benchmarks("eth3d");
+  request.mutable_study()->mutable_evaluate()->add_baselines("sgbm");
+  for (const int64_t missing : {20, 3, 0}) {
+    request.mutable_study()->set_name("missing-" + std::to_string(missing));
+    const StudyId study = SubmitRequest(request);
+    EXPECT_THAT(States(study, "evaluate"), ElementsAre("sgbm on eth3d: READY")) << missing;
+    Complete(EvaluateAnswer(LeaseOne(Evaluator("e")), "e", missing));
+    EXPECT_THAT(States(study, "evaluate"), ElementsAre("sgbm on eth3d: SUCCEEDED"));
+  }
+  request.mutable_study()->set_name("whole");
+  EXPECT_THAT(States(SubmitRequest(request), "evaluate"), ElementsAre("sgbm on eth3d: SUCCEEDED"));
+  ExpectSound();
+}
+
 TEST_F(TrainKindsTest, WhatDecidesANetworkIsInItsKeyAndNamesAreNot) {
   const auto prefix_of = [&](const std::function<void(v1::StudySpec&)>& change) {
     static int number = 0;
@@ -466,6 +483,7 @@ TEST_F(TrainKindsTest, WrongScoresAreRefused) {
   } cases[] = {
       {[](auto& r) { r.mutable_files(0)->set_name("x"); }, "no file scores.jsonl"},
       {[](auto& r) { r.set_pairs(0); }, "0 pairs scored"},
+      {[](auto& r) { r.set_pairs_missing(-1); }, "a negative number of missing pairs"},
       {[](auto& r) { r.set_metric(""); }, "a metric without a plain name"},
       {[](auto& r) { r.set_metric("a\nb"); }, "a metric without a plain name"},
       {[](auto& r) { r.set_value(std::nan("")); }, "a value that is not finite"},
@@ -482,28 +500,6 @@ TEST_F(TrainKindsTest, WrongScoresAreRefused) {
     clock_.Advance(100);
     Tick();
   }
-}
-
-// ---- Who gets them
-TEST_F(TrainKindsTest, OnlyAWorkerWithWhatATrainingNeedsGetsIt) {
-  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
-  v1::JobNeeds& needs = *request.mutable_study()->mutable_train()->mutable_needs();
-  needs.set_gpus(1);
-  needs.set_memory_mb(4000);
-  needs.add_tags("fast");
-  SubmitRequest(request);
-  MakePairs();
-  WorkerFacts worker = Trainer("t");
-  worker.memory_mb = 4000;
-  worker.tags = {"fast"};
-  EXPECT_THAT(Lease(worker, 1), IsEmpty()) << "without a GPU";
-  worker.tags = {"gpu"};
-  EXPECT_THAT(Lease(worker, 1), IsEmpty());
-  worker.tags = {"fast", "gpu"};
-  worker.memory_mb = 3999;
-  EXPECT_THAT(Lease(worker, 1), IsEmpty());
-  worker.memory_mb = 4000;
-  EXPECT_THAT(Lease(worker, 1), SizeIs(1));
 }
 
 // ---- Failures

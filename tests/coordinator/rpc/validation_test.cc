@@ -21,6 +21,7 @@ v1::Hello GoodHello() {
   hello.set_cores(8);
   hello.set_memory_mb(32000);
   hello.add_tags("avx512");
+  hello.add_tags("trainer:raft-stereo");
   return hello;
 }
 
@@ -103,6 +104,9 @@ TEST(Validation, AHelloNamesItsWorkerAndStaysWithinBounds) {
       {"slots", [](v1::Hello& hello) { hello.set_slots(100'000); }},
       {"memory_mb", [](v1::Hello& hello) { hello.set_memory_mb(-1); }},
       {"tag", [](v1::Hello& hello) { hello.add_tags("a\nb"); }},
+      {"tag", [](v1::Hello& hello) { hello.add_tags(":a"); }},
+      {"tag", [](v1::Hello& hello) { hello.add_tags("a:"); }},
+      {"tag", [](v1::Hello& hello) { hello.add_tags("a:b:c"); }},
       {"tags",
        [](v1::Hello& hello) {
          for (int i = 0; i < 100; ++i) hello.add_tags("t");

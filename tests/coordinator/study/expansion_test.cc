@@ -170,6 +170,13 @@ TEST(GiveUpReason, SpeaksOnlyWhenGoingOnIsHopeless) {
       {{10'000, 0, 10}, ""},
       {{2, 91, 0}, "hardly"},
       {{1000, 9000, 0}, ""},
+      // Every scene is solved, and no render succeeds.
+      {{1000, 0, 9, 0}, ""},
+      {{1000, 0, 10, 0}, "10 scenes failed and no pair was made"},
+      {{1000, 0, 13, 1}, ""},
+      {{1000, 0, 14, 1}, "hardly a pair: 14 scenes failed, pairs made: 1"},
+      {{1000, 0, 900, 1000}, ""},
+      {{1000, 0, 900}, ""},
   };
   for (const auto& c : cases) {
     const std::string reason = GiveUpReason(c.tally);
@@ -179,6 +186,16 @@ TEST(GiveUpReason, SpeaksOnlyWhenGoingOnIsHopeless) {
       EXPECT_THAT(reason, testing::HasSubstr(c.reason));
     }
   }
+}
+
+TEST(GiveUpReason, EndsWithTheLastReasonAndIsNotLong) {
+  SceneTally tally{.solved = 20, .lost = 10, .pairs = 0, .last_reason = "a.png: broken PNG"};
+  EXPECT_THAT(GiveUpReason(tally),
+              testing::EndsWith("no pair was made; the last: a.png: broken PNG"));
+  tally.last_reason = std::string(4000, 'x');
+  EXPECT_LT(GiveUpReason(tally).size(), 700u);
+  tally.lost = 0;
+  EXPECT_EQ(GiveUpReason(tally), "") << "a reason alone is none to give up";
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "tests/worker/assets/own_files.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
@@ -32,6 +33,31 @@ void Append(std::string* bytes, T value) {
   bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
 }
 
+constexpr size_t kGlbHeaderBytes = 12, kGlbChunkBytes = 8;
+
+// A .glb of a JSON and of data, whose size is a multiple of 4.
+std::string Packed(std::string json, const std::string& data) {
+  while (json.size() % 4 != 0) json += ' ';
+  std::string glb = "glTF";
+  Append(&glb, uint32_t{2});
+  Append(&glb,
+         static_cast<uint32_t>(kGlbHeaderBytes + 2 * kGlbChunkBytes + json.size() + data.size()));
+  Append(&glb, static_cast<uint32_t>(json.size()));
+  glb += "JSON" + json;
+  Append(&glb, static_cast<uint32_t>(data.size()));
+  glb += std::string("BIN\0", 4) + data;
+  return glb;
+}
+
+// A number's bytes, the lowest first, or the highest first.
+template <typename T>
+void AppendInOrder(std::string* bytes, T value, bool big) {
+  std::string own;
+  Append(&own, value);
+  if (big) std::reverse(own.begin(), own.end());
+  *bytes += own;
+}
+
 }  // namespace
 
 std::string GlbBox(double x, double y, double z, int faces) {
@@ -58,16 +84,16 @@ std::string GlbBox(double x, double y, double z, int faces) {
       << x << "," << y << "," << z << "]},"
       << R"({"bufferView":1,"componentType":5123,"count":)" << 3 * faces
       << R"(,"type":"SCALAR"}]})";
-  std::string text = json.str();
-  while (text.size() % 4 != 0) text += ' ';
-  std::string glb = "glTF";
-  Append(&glb, uint32_t{2});
-  Append(&glb, static_cast<uint32_t>(12 + 8 + text.size() + 8 + data.size()));
-  Append(&glb, static_cast<uint32_t>(text.size()));
-  glb += "JSON" + text;
-  Append(&glb, static_cast<uint32_t>(data.size()));
-  glb += std::string("BIN\0", 4) + data;
-  return glb;
+  return Packed(json.str(), data);
+}
+
+std::string GlbWith(const std::string& glb, const std::string& from, const std::string& to) {
+  uint32_t length = 0;
+  std::memcpy(&length, glb.data() + kGlbHeaderBytes, sizeof(length));
+  const size_t begin = kGlbHeaderBytes + kGlbChunkBytes;
+  std::string json = glb.substr(begin, length);
+  json.replace(json.find(from), from.size(), to);
+  return Packed(json, glb.substr(begin + length + kGlbChunkBytes));
 }
 
 std::string ObjBox(double x, double y, double z, const std::string& material) {
@@ -103,6 +129,24 @@ std::string PlyBox(double x, double y, double z) {
   }
   for (const auto& t : kTriangles) ply << "3 " << t[0] << " " << t[1] << " " << t[2] << "\n";
   return ply.str();
+}
+
+std::string BinaryPlyBox(double x, double y, double z, bool big) {
+  std::string ply = std::string("ply\nformat binary_") + (big ? "big" : "little") +
+                    "_endian 1.0\nelement vertex 8\nproperty float x\nproperty float y\n"
+                    "property float z\nelement face 12\n"
+                    "property list uint int vertex_indices\nend_header\n";
+  for (int i = 0; i < 8; ++i) {
+    const auto corner = Corner(i, x, y, z);
+    for (const double v : {corner[0], -corner[2], corner[1]}) {
+      AppendInOrder(&ply, static_cast<float>(v), big);
+    }
+  }
+  for (const auto& t : kTriangles) {
+    AppendInOrder(&ply, uint32_t{3}, big);
+    for (const int corner : t) AppendInOrder(&ply, int32_t{corner}, big);
+  }
+  return ply;
 }
 
 std::string Mtl(const std::string& material, const std::string& picture) {

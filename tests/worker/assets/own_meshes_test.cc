@@ -14,6 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::GlbBox;
+using test::GlbWith;
 using test::Mtl;
 using test::ObjBox;
 using test::PlyBox;
@@ -94,19 +95,24 @@ TEST_F(OwnMeshesTest, BadFilesAreRefusedWithWhatIsWrong) {
   Write("out/box.mtl", Mtl("paint", "../elsewhere.png"));
   Write("text/box.mtl", Mtl("paint", "note.png"));
   Write("text/note.png", "no picture");
+  Write("name/box.mtl", Mtl("paint", "paint.dat"));
+  Write("name/paint.dat", "no picture");
   const struct {
     const char* name;
     std::string bytes;
     const char* what;
   } cases[] = {
-      {"noise.glb", "not a mesh at all", "not a .glb, .obj or .ply that can be read"},
-      {"empty.ply", "", "not a .glb, .obj or .ply that can be read"},
-      {"cut.glb", GlbBox(1, 1, 1).substr(0, 200), "not a .glb, .obj or .ply that can be read"},
+      {"noise.glb", "not a mesh at all", "does not begin as a .glb does"},
+      {"noise.obj", "not a mesh at all", "not a .glb, .obj or .ply that can be read"},
+      {"empty.ply", "", "does not begin with \"ply\""},
+      {"cut.glb", GlbBox(1, 1, 1).substr(0, 200), "is cut: it has 200 of its"},
       {"flat.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n", "wanted"},
       {"in/box.obj", ObjBox(1, 1, 1, "paint"), "its picture missing.png"},
       {"out/box.obj", ObjBox(1, 1, 1, "paint"), "lies elsewhere, wanted one beside it"},
       {"text/box.obj", ObjBox(1, 1, 1, "paint"),
        "its picture note.png is neither a PNG nor a JPEG"},
+      {"name/box.obj", ObjBox(1, 1, 1, "paint"),
+       "its picture paint.dat is named like none, wanted .png, .jpg or .jpeg"},
   };
   for (const auto& c : cases) {
     const std::string path = Write(c.name, c.bytes);
@@ -168,6 +174,46 @@ TEST_F(OwnMeshesTest, TheLooksOfAnObjCountForIt) {
 
   ASSERT_TRUE(WritePng(dir_ + "/box/paint.png", ImageRgb8(8, 8, 9)).ok());
   EXPECT_NE(ReadMeshFolders({dir_})->meshes.at(0).seed, box.seed);
+}
+
+TEST_F(OwnMeshesTest, ThePicturesThatAGlbNamesCountForIt) {
+  const std::string plain = GlbBox(1, 1, 1);
+  Write("box/box.glb", plain);
+  const auto seed = [&] { return ReadMeshFolders({dir_})->meshes.at(0).seed; };
+  const uint64_t alone = seed();
+  ASSERT_TRUE(WritePng(dir_ + "/box/paint.png", ImageRgb8(8, 8, 9)).ok());
+  EXPECT_EQ(seed(), alone) << "it names no picture";
+
+  Write("box/box.glb", GlbWith(plain, "\"materials\"",
+                               R"("images":[{"uri":"./paint.png"}],)"
+                               R"("materials")"));
+  const OwnMesh box = ReadMeshFolders({dir_})->meshes.at(0);
+  EXPECT_TRUE(OpenOwnMesh(box.asset_class, box.seed).ok());
+  ASSERT_TRUE(WritePng(dir_ + "/box/other.png", ImageRgb8(8, 8, 9)).ok());
+  EXPECT_EQ(seed(), box.seed);
+  ASSERT_TRUE(WritePng(dir_ + "/box/paint.png", ImageRgb8(8, 8, 200)).ok());
+  EXPECT_NE(seed(), box.seed);
+}
+
+TEST_F(OwnMeshesTest, APictureOfAGlbThatChangesIsNoticed) {
+  Write("box/box.glb", GlbWith(GlbBox(1, 1, 1.25), "\"materials\"",
+                               R"("images":[{"uri":"paint.png"}],"materials")"));
+  ASSERT_TRUE(WritePng(dir_ + "/box/paint.png", ImageRgb8(8, 8, 9)).ok());
+  const OwnMesh box = ReadMeshFolders({dir_})->meshes.at(0);
+  ASSERT_TRUE(WritePng(dir_ + "/box/paint.png", ImageRgb8(8, 8, 200)).ok());
+  EXPECT_EQ(OpenOwnMesh(box.asset_class, box.seed).status().code(), absl::StatusCode::kDataLoss);
+}
+
+TEST_F(OwnMeshesTest, TheClassOfAFolderThatIsNamedCountsForItsContent) {
+  Write("all/chairs/one.glb", GlbBox(1, 2, 1));
+  const auto before = ReadMeshFolders({dir_ + "/all/chairs"});
+  ASSERT_TRUE(before.ok()) << before.status();
+  EXPECT_EQ(before->sha256, ReadMeshFolders({dir_ + "/all"})->sha256) << "the same class";
+  fs::rename(dir_ + "/all/chairs", dir_ + "/all/tables");
+  const auto renamed = ReadMeshFolders({dir_ + "/all/tables"});
+  EXPECT_EQ(renamed->meshes.at(0).asset_class, "own:tables");
+  EXPECT_EQ(renamed->meshes.at(0).seed, before->meshes.at(0).seed);
+  EXPECT_NE(renamed->sha256, before->sha256);
 }
 
 TEST_F(OwnMeshesTest, GltfsNumbersAreTheMaterials) {

@@ -9,9 +9,11 @@
 #include "common/base/file.h"
 #include "common/config/config.h"
 #include "common/image/io.h"
+#include "tests/worker/dataset/synthetic_archive.h"
 #include "tests/worker/dataset/synthetic_scene.h"
 #include "worker/dataset/drawing.h"
 #include "worker/dataset/frame_writer.h"
+#include "worker/dataset/variant_sheet.h"
 
 namespace parallax {
 namespace {
@@ -70,6 +72,25 @@ TEST_F(ContactSheetTest, MapsThatNoFrameHasGetNoColumn) {
   const ImageRgb8 sheet = *ReadPngRgb8(result->sheet_png);
   EXPECT_LT(sheet.width(), 3 * 360) << "two images only";
   EXPECT_GT(sheet.width(), 2 * 360);
+}
+
+// One variant has three times the disparities of the other.
+TEST_F(ContactSheetTest, VariantsShareTheScaleOfTheLargestDisparities) {
+  MakeSyntheticArchive(dir_ + "/data", {.variants = {"narrow", "wide"}, .scenes = 1, .rigs = 1});
+  const auto sheet = [&] {
+    const auto result =
+        MakeVariantSheet(dir_ + "/data", dir_ + "/sheet.png", {.tile_width_px = 96});
+    EXPECT_TRUE(result.ok()) << result.status();
+    EXPECT_EQ(result->full_scale_px.size(), 1u);
+    return result->full_scale_px.at(0);
+  };
+  const double before = sheet();
+  const std::string map = dir_ + "/data/wide/frames/000000/000/disparity_left.exr";
+  ImageF disparity_px = *ReadExrY(map);
+  for (float& value : disparity_px.values()) value *= 3;
+  fs::remove(map);
+  ASSERT_TRUE(WriteExrY(map, disparity_px).ok());
+  EXPECT_NEAR(sheet(), 3 * before, 1e-3 * before);
 }
 
 TEST_F(ContactSheetTest, AFolderWithoutFramesIsNotFound) {

@@ -6,6 +6,8 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
@@ -145,6 +147,99 @@ TEST_F(ExportTest, InfraredPicturesAreThePairWhereTheDatasetHasThem) {
     ASSERT_TRUE(result.ok()) << result.status();
     EXPECT_EQ(VerifyDataset(out_)->findings_total, 0);
   }
+}
+
+// Finds the links to pictures among the files of an export, each by the name of what it links to.
+std::set<std::string> PicturesLinked(const std::string& out, const std::string& dataset) {
+  std::map<ino_t, std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(dataset)) {
+    const std::string name = entry.path().filename();
+    if (name.ends_with("left.png") || name.ends_with("right.png")) {
+      names[InodeOf(entry.path())] = name;
+    }
+  }
+  std::set<std::string> linked;
+  for (const auto& entry : fs::recursive_directory_iterator(out)) {
+    const auto found = names.find(InodeOf(entry.path()));
+    if (found != names.end()) linked.insert(found->second);
+  }
+  return linked;
+}
+
+TEST_F(ExportTest, LayoutsThatLinkPicturesLinkTheInfraredOnes) {
+  SyntheticArchive archive;
+  archive.extras = true;
+  archive.sequence = true;  // All layouts take sequences.
+  MakeSyntheticArchive(dir_, archive);
+  const std::set<std::string> others = {"fsd", "crestereo", "webdataset"};  // They link nothing.
+  for (const std::string& layout : ExportLayouts()) {
+    if (others.contains(layout)) continue;
+    SCOPED_TRACE(layout);
+    for (const bool infrared : {false, true}) {
+      ExportOptions options;
+      options.layout = layout;
+      options.infrared = infrared;
+      fs::remove_all(out_);
+      ASSERT_TRUE(Export(options).ok());
+      std::set<std::string> linked = PicturesLinked(out_, dir_);
+      linked.erase("objects_left.png");
+      linked.erase("objects_right.png");
+      if (infrared) {
+        EXPECT_THAT(linked, ElementsAre("infrared_left.png", "infrared_right.png"));
+      } else {
+        EXPECT_THAT(linked, ElementsAre("left.png", "right.png"));
+      }
+    }
+  }
+}
+
+TEST_F(ExportTest, ADamagedFrameJsonEndsItWithItsFolderAndNothingWritten) {
+  SyntheticArchive archive;
+  archive.sequence = true;
+  MakeSyntheticArchive(dir_, archive);
+  const std::string path = Frame("000001/001/frame.json");
+  const Json whole = Json::parse(*ReadFile(path));
+  const auto damage = [&](const Json& json) {
+    fs::remove(path);  // A link: the store's file stays whole.
+    ASSERT_TRUE(WriteFile(path, json.dump()).ok());
+  };
+  const auto expect_damaged = [&](const std::string& layout) {
+    SCOPED_TRACE(layout);
+    ExportOptions options;
+    options.layout = layout;
+    const auto result = Export(options);
+    EXPECT_EQ(result.status().code(), absl::StatusCode::kDataLoss) << result.status();
+    EXPECT_THAT(std::string(result.status().message()), HasSubstr("000001/001/frame.json"));
+    EXPECT_FALSE(fs::exists(out_));
+    EXPECT_FALSE(fs::exists(root_ + "/.out.partial"));
+  };
+  Json damaged = whole;
+  damaged["intrinsics"]["fx"] = "wide";
+  damage(damaged);
+  for (const char* layout : {"fsd", "middlebury", "dynamic-replica"}) expect_damaged(layout);
+  damaged = whole;
+  damaged["objects"] = 7;
+  damage(damaged);
+  expect_damaged("webdataset");
+  damaged = whole;
+  damaged["sequence"] = Json::object();
+  damage(damaged);
+  for (const char* layout : {"flyingthings-flow", "sintel", "dynamic-replica"}) {
+    expect_damaged(layout);
+  }
+}
+
+TEST_F(ExportTest, DynamicReplicasTestScenesAreValidToo) {
+  SyntheticArchive archive;
+  archive.sequence = true;
+  MakeSyntheticArchive(dir_, archive);
+  ExportOptions options;
+  options.layout = "dynamic-replica";
+  ASSERT_TRUE(Export(options).ok());
+  for (const char* split : {"train", "test", "valid"}) {
+    EXPECT_TRUE(fs::exists(out_ + "/" + split + "/frame_annotations_" + split + ".jgz")) << split;
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(out_ + "/valid"), {}), 1) << "a list alone";
 }
 
 TEST_F(ExportTest, RefusesHolesAndLeavesNothingBehind) {

@@ -107,6 +107,52 @@ TEST_F(SensorStageTest, MakesPicturesOfKeptLightAndLeavesTheTruth) {
   }
 }
 
+TEST_F(SensorStageTest, ShakenRigsBlurTheirPicturesAndSayTheirMotion) {
+  Run("ideal");
+  const std::string sharp = Bytes("left.png");
+  v1::SensorConfig sensor;
+  TakeSensorPreset("ideal", &sensor);
+  sensor.mutable_exposure_ms()->set_constant(40);
+  sensor.mutable_shake_deg_s()->set_constant(200);
+  const auto made = MakeSensorFiles(sensor, "key", [&](const std::string& name) {
+    return root_ + "/store/aa/.attempt-7/000/" + name;
+  });
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_NE(made->at("left.png"), sharp);
+  const Json told = Json::parse(made->at("frame.json"))["sensor"];
+  EXPECT_EQ(told["exposure_ms"], 40);
+  const auto turn = told["shake_rad_s"].get<std::array<double, 3>>();
+  EXPECT_NEAR(std::hypot(turn[0], turn[1], turn[2]), 3.4907, 1e-4);
+  fs::create_directories(root_ + "/again");
+  for (const char* name : {"hdr_left.exr", "hdr_right.exr", "depth_left.exr", "depth_right.exr"}) {
+    fs::copy(root_ + "/store/aa/.attempt-7/000/" + name, root_ + "/again/" + name);
+  }
+  const auto repeated = RepeatSensor(Json::parse(made->at("frame.json")), root_ + "/again");
+  ASSERT_TRUE(repeated.ok()) << repeated.status();
+  EXPECT_EQ(*EncodePng(repeated->left), made->at("left.png"));
+}
+
+// Pairs with one left eye have one left picture.
+TEST_F(SensorStageTest, PairsThatShareALeftEyeHaveOneLeftPicture) {
+  const std::string stored = root_ + "/store/aa/.attempt-7/000/";
+  v1::SensorConfig sensor;
+  TakeSensorPreset("webcam", &sensor);
+  std::vector<std::map<std::string, std::string>> made;
+  for (const uint32_t rig : {4u, 5u}) {
+    Json json = Json::parse(Stored("frame.json"));
+    json["rig"] = rig;
+    json["left_rig"] = 4;
+    ASSERT_TRUE(WriteFile(root_ + "/frame.json", json.dump()).ok());
+    const auto files = MakeSensorFiles(sensor, "key", [&](const std::string& name) {
+      return name == "frame.json" ? root_ + "/frame.json" : stored + name;
+    });
+    ASSERT_TRUE(files.ok()) << files.status();
+    made.push_back(*files);
+  }
+  EXPECT_EQ(made[0].at("left.png"), made[1].at("left.png"));
+  EXPECT_NE(made[0].at("right.png"), made[1].at("right.png"));
+}
+
 // The stage's key: the same sensor is not asked again, another one costs no rendering, and none
 // gives the rendered pictures back.
 TEST_F(SensorStageTest, AnotherSensorOnAFinishedDatasetReplacesOnlyPictures) {

@@ -266,6 +266,48 @@ TEST(Benchmarks, DrivingStereoTakesTheSame200PairsEachTime) {
   EXPECT_NE(Names(*once), first_200);
 }
 
+// Adds the files of DrivingStereo's pairs `first` to `last` below `folder`.
+void AddDrivingPairs(const TestTree& tree, const std::string& folder, int first, int last) {
+  for (int i = first; i <= last; ++i) {
+    for (const char* kind : {"left-image", "right-image", "disparity-map"}) {
+      tree.Text("DrivingStereo/" + folder + "/" + kind + "-half-size/" + std::to_string(i) + ".png",
+                "");
+    }
+  }
+}
+
+TEST(Benchmarks, DrivingStereoDrawsFromTheTestPairsWhereTheyAre) {
+  const TestTree tree;
+  AddDrivingPairs(tree, "sunny", 1, 3);
+  EXPECT_EQ(OpenBenchmark("drivingstereo", tree.dir())->pairs.size(), 3);
+  AddDrivingPairs(tree, "test", 4, 5);
+  EXPECT_THAT(Names(*OpenBenchmark("drivingstereo", tree.dir())), ElementsAre("4", "5"));
+}
+
+TEST(Benchmarks, APartOfDrivingStereoGivesThePairsThatTheWholeGives) {
+  const TestTree whole, part;
+  AddDrivingPairs(whole, "test", 1000, 1299);
+  AddDrivingPairs(part, "test", 1000, 1239);
+  const std::vector<std::string> of_whole = Names(*OpenBenchmark("drivingstereo", whole.dir()));
+  const std::vector<std::string> of_part = Names(*OpenBenchmark("drivingstereo", part.dir()));
+  ASSERT_EQ(of_whole.size(), 200);
+  for (const std::string& name : of_whole) {
+    if (name < "1240") {
+      EXPECT_THAT(of_part, ::testing::Contains(name));
+    }
+  }
+}
+
+TEST(Benchmarks, OnlyWhatCanBeOpenedIsInstalled) {
+  const TestTree tree;
+  EXPECT_THAT(InstalledBenchmarks(""), ::testing::IsEmpty());
+  AddDrivingPairs(tree, "test", 1, 1);
+  AddMiddleburyScene(tree, "ETH3D/two_view_training/a", "GT");
+  EXPECT_THAT(InstalledBenchmarks(tree.dir()), ElementsAre("drivingstereo")) << "a mask is missing";
+  tree.Mask("ETH3D/two_view_training/a/mask0nocc.png", ImageU8(8, 1, 255));
+  EXPECT_THAT(InstalledBenchmarks(tree.dir()), ElementsAre("eth3d", "drivingstereo"));
+}
+
 TEST(Benchmarks, ShippedPairReadsItsThreeFiles) {
   const TestTree tree;
   tree.Pictures("shipped/motorcycle_left.png", "shipped/motorcycle_right.png", 4, 1);

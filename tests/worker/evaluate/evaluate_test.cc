@@ -37,8 +37,10 @@ class EvaluateTest : public ::testing::Test {
 
 TEST_F(EvaluateTest, SaysWhatWasEvaluated) {
   options_.run = {.variant = "narrow", .trainer = "builtin", .seed = 4, .checkpoint = "c0ffee"};
-  std::vector<int> progress;
-  options_.progress = [&](int done, int total) { progress.push_back(10 * done + total); };
+  std::map<std::string, std::vector<int>, std::less<>> progress;
+  options_.progress = [&](std::string_view stage, int done, int total) {
+    progress[std::string(stage)].push_back(10 * done + total);
+  };
   const auto evaluation = Run();
   ASSERT_TRUE(evaluation.ok()) << evaluation.status();
   EXPECT_EQ(evaluation->benchmark, "pairs");
@@ -46,11 +48,36 @@ TEST_F(EvaluateTest, SaysWhatWasEvaluated) {
   EXPECT_EQ(evaluation->run.seed, 4);
   EXPECT_EQ(evaluation->images.size(), 3);
   EXPECT_EQ(FigureOf(evaluation->headline, *evaluation), 0);
-  EXPECT_EQ(progress, (std::vector<int>{13, 23, 33}));
+  EXPECT_EQ(progress.size(), 2u) << "nothing is shrunk";
+  EXPECT_EQ(progress["predict"], (std::vector<int>{13, 23, 33}));
+  EXPECT_EQ(progress["score"], (std::vector<int>{13, 23, 33}));
   EXPECT_FALSE(std::filesystem::exists(PredictionPath(options_.work_dir, "a")));
   options_.keep_predictions = true;
   ASSERT_TRUE(Run().ok());
   EXPECT_TRUE(std::filesystem::exists(PredictionPath(options_.work_dir, "a")));
+}
+
+TEST_F(EvaluateTest, EachStageStopsSoonAfterItIsCancelled) {
+  for (BenchmarkPair& pair : benchmark_.pairs) pair.shrink = 2;
+  for (const char* name : {"a", "b", "c"}) {
+    const std::string at = std::string("pairs/") + name + "/";
+    tree_.Pfm(at + "disp0GT.pfm", ImageF(3, 1, 10.0f));
+    tree_.Pfm(std::string("predictions/") + name + ".pfm", ImageF(3, 1, 10.0f));
+  }
+  ASSERT_TRUE(Run().ok());
+  for (const std::string stop_in : {"shrink", "predict", "score"}) {
+    options_.cancel = CancelToken();
+    std::string last;
+    int told = 0;
+    options_.progress = [&](std::string_view stage, int, int) {
+      if (stage == stop_in) options_.cancel.Cancel();
+      if (stage == stop_in) ++told;
+      last = stage;
+    };
+    EXPECT_TRUE(absl::IsCancelled(Run().status())) << stop_in;
+    EXPECT_EQ(last, stop_in);
+    EXPECT_EQ(told, 1) << stop_in;
+  }
 }
 
 TEST_F(EvaluateTest, MissingPredictionsAreAnErrorNotABetterScore) {

@@ -124,6 +124,26 @@ TEST(Table, OnlyCommonSeedsAreCompared) {
               ::testing::Contains(HasSubstr("other and default have no seed in common")));
 }
 
+TEST(Table, ACellTellsItsOwnSeeds) {
+  std::vector<Evaluation> all = Study();
+  all.push_back(SyntheticEvaluation("kitti2015", "narrow", 2, {9, 11, 13}));
+  all.push_back(SyntheticEvaluation("kitti2015", "default", 1, {8, 10, 12}));
+  all.push_back(SyntheticEvaluation("kitti2015", "default", 2, {7, 10, 12}));
+  const auto table = MakeTable(all, {});
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(table->notes,
+              ::testing::Contains("kitti2015: fewer seeds than on other benchmarks for rows "
+                                  "default (2 of 3), narrow (1 of 3)."));
+  EXPECT_THAT(table->notes, ::testing::Contains(HasSubstr("one seed")));
+  const Json json = Json::parse(*FormatTable(*table, "json"));
+  EXPECT_EQ(json["rows"][1]["seeds"], 3);
+  EXPECT_EQ(json["rows"][1]["benchmarks"]["eth3d"]["seeds"], 3);
+  EXPECT_EQ(json["rows"][1]["benchmarks"]["kitti2015"]["seeds"], 1);
+  EXPECT_EQ(json["rows"][2]["benchmarks"]["eth3d"]["seeds"], 0);
+  EXPECT_THAT(*FormatTable(*table, "csv"), HasSubstr(",not told apart,1\n"));
+  EXPECT_THAT(*FormatTable(*table, "markdown"), HasSubstr("| narrow | builtin | 1 | 11.00 ["));
+}
+
 TEST(Table, SubsetsAndSingleSeedsAreNoted) {
   Evaluation part = SyntheticEvaluation("eth3d", "default", 1, {5, 6});
   part.pairs_published = 27;
@@ -149,10 +169,10 @@ TEST(Table, AllFormatsShowFiguresAndVerdicts) {
   EXPECT_THAT(latex, HasSubstr("$^{-}$"));
   EXPECT_THAT(latex, HasSubstr("\\bottomrule"));
   const std::string csv = *FormatTable(*table, "csv");
-  EXPECT_THAT(csv,
-              HasSubstr("variant,trainer,seeds,benchmark,metric,value,low,high,pairs,verdict\n"));
+  EXPECT_THAT(csv, HasSubstr("variant,trainer,seeds,benchmark,metric,value,low,high,pairs,verdict,"
+                             "benchmark_seeds\n"));
   EXPECT_THAT(csv, HasSubstr("narrow,builtin,3,eth3d,bad-2 all,23.6667,"));
-  EXPECT_THAT(csv, HasSubstr(",worse\n"));
+  EXPECT_THAT(csv, HasSubstr(",worse,3\n"));
   const auto unknown = FormatTable(*table, "html");
   EXPECT_THAT(Message(unknown.status()), HasSubstr("text, markdown, latex, csv, json"));
 }

@@ -1,9 +1,11 @@
 #include <gmock/gmock.h>
 
 #include "common/base/hash.h"
+#include "common/image/io.h"
 #include "tests/worker/jobs/job_fixture.h"
 #include "worker/agent/failure.h"
 #include "worker/evaluate/evaluate.h"
+#include "worker/jobs/ability_tags.h"
 
 namespace parallax {
 namespace {
@@ -85,6 +87,64 @@ TEST_F(EvaluateJobTest, ABaselineNeedsNoNetwork) {
   EXPECT_EQ(scores->images.size(), 2u);
   EXPECT_FALSE(scores->run.seed.has_value());
   EXPECT_EQ(scores->run.variant, "sgbm");
+}
+
+// A command that names a file of its trainer's folder by a relative path.
+TEST_F(EvaluateJobTest, ANetworkPredictsInTheFolderThatItsTrainerNames) {
+  std::filesystem::create_directories(dir_ + "/trainers/here/cfgs");
+  std::ofstream(dir_ + "/trainers/here/cfgs/small.yaml") << "width: 1\n";
+  std::ofstream(dir_ + "/trainers/here.yaml")
+      << "trainer: here\nlayout: archive\ndirectory: '{repository}'\ntrain: [./train, '{seed}']\n"
+         "progress: json\nleaves: {final: last.json}\n"
+         "predict: [sh, -c, 'test -f \"$0\" && exec \"$@\"', cfgs/small.yaml, " PYTHON
+         ", -B, " SCRIPT_TRAINER ", predict, --checkpoint, '{checkpoint}', --list, '{list}']\n";
+  auto trainers = InstalledTrainers::Load({"here"}, dir_ + "/trainers");
+  ASSERT_TRUE(trainers.ok()) << trainers.status();
+  options_->trainers = *std::move(trainers);
+  const std::string network = "[6, \"48\"]";
+  ASSERT_TRUE(store_->Put("net/last.json", network).ok());
+  v1::EvaluateJob job = JobOnHeldout();
+  job.set_trainer("here");
+  job.set_checkpoint_path("net/last.json");
+  job.mutable_checkpoint()->set_size(static_cast<int64_t>(network.size()));
+  job.mutable_checkpoint()->set_sha256(Sha256Hex(network));
+  const auto outcome = Evaluate(job, 1);
+  EXPECT_TRUE(outcome.ok()) << outcome.status() << LogTailOf(outcome.status());
+}
+
+// One scene of the 27 of a public benchmark.
+class PartOfABenchmarkTest : public EvaluateJobTest {
+ protected:
+  void SetUp() override {
+    EvaluateJobTest::SetUp();
+    const std::string scene = dir_ + "/sets/ETH3D/two_view_training/s";
+    std::filesystem::create_directories(scene);
+    for (const char* name : {"/im0.png", "/im1.png"}) {
+      ASSERT_TRUE(WritePng(scene + name, ImageRgb8(64, 48)).ok());
+    }
+    ASSERT_TRUE(WritePng(scene + "/mask0nocc.png", ImageU8(64, 48, 255)).ok());
+    ASSERT_TRUE(WritePfm(scene + "/disp0GT.pfm", ImageF(64, 48, 5)).ok());
+    options_->benchmarks_dir = dir_ + "/sets";
+  }
+};
+
+TEST_F(PartOfABenchmarkTest, AResultTellsHowManyOfItsPairsAreMissing) {
+  v1::EvaluateJob job;
+  job.set_benchmark("eth3d");
+  job.set_trainer("sgbm");
+  job.set_max_pairs(1);
+  const auto outcome = Evaluate(job, 1);
+  ASSERT_TRUE(outcome.ok()) << outcome.status();
+  v1::EvaluateResult result;
+  ASSERT_TRUE(result.ParseFromString(outcome->result));
+  EXPECT_EQ(result.pairs(), 1);
+  EXPECT_EQ(result.pairs_missing(), 26);
+}
+
+TEST_F(PartOfABenchmarkTest, AWorkerTellsItsTrainersAndBenchmarksByTags) {
+  EXPECT_THAT(AbilityTagsOf(*options_), ElementsAre("trainer:script", "benchmark:eth3d"));
+  options_->benchmarks_dir = "";
+  EXPECT_THAT(AbilityTagsOf(*options_), ElementsAre("trainer:script"));
 }
 
 TEST_F(EvaluateJobTest, NoJobReadsPathsOfThisMachine) {

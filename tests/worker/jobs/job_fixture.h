@@ -83,14 +83,15 @@ class JobTest : public ::testing::Test {
   }
 
   // A trainer that does what `environment` says, allowed from now on.
-  void WriteTrainer(const std::string& name, const std::string& environment) {
+  void WriteTrainer(const std::string& name, const std::string& environment, bool resumes = true) {
     std::filesystem::create_directories(dir_ + "/trainers");
     std::ofstream(dir_ + "/trainers/" + name + ".yaml")
         << "trainer: " << name << "\nlayout: archive\ntrain: [" PYTHON ", -B, " SCRIPT_TRAINER
         << ", train, '--data={data}={weight}', --out, '{out}', --seed, '{seed}', --steps, "
            "'{steps}',"
            " --every, '{checkpoint_every}']\n"
-           "resume: [--resume, '{resume}']\nsize: [--crop, '{width}x{height}']\n"
+        << (resumes ? "resume: [--resume, '{resume}']\n" : "")
+        << "size: [--crop, '{width}x{height}']\n"
            "environment: ["
         << environment
         << "]\nsteps: 6\nsteps_per_minute: 8\nprogress: json\n"

@@ -104,6 +104,94 @@ TEST_F(TrainJob, GoesOnFromTheNewestWholeCheckpointWhicheverAttemptLeftIt) {
   EXPECT_EQ(std::count(curve.begin(), curve.end(), '\n'), 13) << curve;
 }
 
+class ResumedTrainJob : public TrainJob {
+ protected:
+  // Trains to the end, and another time until step 8, which leaves checkpoints of steps 3 and 6.
+  void SetUp() override {
+    TrainJob::SetUp();
+    WriteTrainer("slow", "SCRIPT_PAUSE=0.3");
+    job_ = TrainJobOf();
+    job_.set_steps(12);
+    job_.set_checkpoints(4);
+    job_.set_resume_folder("");
+    calm_ = FinalHash(ResultOf(Train(job_, 1)));
+    job_.set_resume_folder("work");
+    job_.set_trainer("slow");
+    CancelToken cancel;
+    on_progress_ = [&](const JobFigures& figures) {
+      if (figures.count("step") != 0 && figures.at("step") >= 8) cancel.Cancel();
+    };
+    EXPECT_TRUE(absl::IsCancelled(Train(job_, 2, cancel).status()));
+    on_progress_ = [](const JobFigures&) {};
+    job_.set_trainer("script");
+  }
+  // Makes the checkpoint one that its facts describe, but that no trainer can read.
+  void Spoil(int step) {
+    const std::string folder = "work/.attempt-2/resume/00000000" + std::to_string(step);
+    const std::string broken = "[" + std::to_string(step) + ", ";
+    Json facts = Json::parse(TextOf(folder + "/facts.json"));
+    facts["size"] = broken.size();
+    facts["sha256"] = Sha256Hex(broken);
+    ASSERT_TRUE(store_->Put(folder + "/" + facts["name"].get<std::string>(), broken).ok());
+    ASSERT_TRUE(store_->Put(folder + "/facts.json", facts.dump()).ok());
+  }
+
+  v1::TrainJob job_;
+  std::string calm_;  // The network's hash.
+};
+
+TEST_F(ResumedTrainJob, ACheckpointThatNoTrainerCanReadIsPassedOverForTheOneBefore) {
+  Spoil(6);
+  EXPECT_EQ(FinalHash(ResultOf(Train(job_, 3))), calm_);
+  EXPECT_THAT(TextOf("work/.attempt-3/log.txt"), HasSubstr("resumed from 3"));
+}
+
+TEST_F(ResumedTrainJob, WithoutAnyGoodCheckpointItBeginsAnew) {
+  Spoil(3);
+  Spoil(6);
+  const v1::TrainResult result = ResultOf(Train(job_, 3));
+  EXPECT_EQ(FinalHash(result), calm_);
+  EXPECT_EQ(result.checkpoints_size(), 4);
+  EXPECT_THAT(TextOf("work/.attempt-3/log.txt"), Not(HasSubstr("resumed from")));
+}
+
+TEST_F(ResumedTrainJob, AFailureBeyondTheCheckpointOrForMemoryIsNotTheCheckpoints) {
+  for (const char* does : {"crash 9", "memory 7"}) {
+    WriteTrainer("bad", "SCRIPT_TRAINER=" + std::string(does));
+    job_.set_trainer("bad");
+    const absl::Status status = Train(job_, 3).status();
+    EXPECT_EQ(absl::IsAborted(status), does[0] == 'c') << status;
+    EXPECT_THAT(LogTailOf(status), HasSubstr("resumed from 6")) << does;
+  }
+}
+
+TEST_F(TrainJob, AStoppedTrainersHalfCheckpointIsNotKept) {
+  WriteTrainer("half", "SCRIPT_TRAINER=half 4");
+  v1::TrainJob job = TrainJobOf("half");
+  job.set_steps(12);
+  job.set_checkpoints(6);  // One after each two steps.
+  CancelToken cancel;
+  on_progress_ = [&](const JobFigures& figures) {
+    if (figures.count("step") != 0 && figures.at("step") >= 4) cancel.Cancel();
+  };
+  EXPECT_TRUE(absl::IsCancelled(Train(job, 1, cancel).status()));
+  EXPECT_EQ(TextOf("work/.attempt-1/resume/000000004/facts.json"), "");
+}
+
+TEST_F(TrainJob, ATrainerThatCannotResumeHasLearningCurvesToo) {
+  WriteTrainer("once", "", /*resumes=*/false);
+  v1::TrainJob job = TrainJobOf("once");
+  job.set_steps(12);
+  job.set_checkpoints(3);
+  const v1::TrainResult result = ResultOf(Train(job, 1));
+  std::vector<int64_t> steps;
+  for (const v1::TrainedCheckpoint& checkpoint : result.checkpoints()) {
+    steps.push_back(checkpoint.step());
+  }
+  EXPECT_THAT(steps, testing::ElementsAre(4, 8, 12));
+  EXPECT_FALSE(fs::exists(dir_ + "/store/work/.attempt-1/resume"));
+}
+
 TEST_F(TrainJob, TellsNaNCrashMemoryAndFailureInOneLineWithTheLogsEnd) {
   const struct {
     const char* does;

@@ -1,6 +1,9 @@
 // Texture sets of the user's: which pictures make one, and what surfaces they give.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <filesystem>
 
@@ -64,6 +67,50 @@ TEST_F(TextureSetsTest, UsualNamesMakeSets) {
   EXPECT_NEAR(SampleOf(folder->sets[1]).roughness, 0.4f, 1e-3f);
   EXPECT_NEAR(SampleOf(folder->sets[2]).metallic, 1, 1e-3f);
   EXPECT_EQ(SampleOf(folder->sets[3]).metallic, 0);
+}
+
+// Poly Haven's rough_block_wall, whose name has a word that is a role, with maps that nobody reads.
+TEST_F(TextureSetsTest, OtherMapsOfASetAreSkipped) {
+  Write("rough_block_wall_diff_1k.png", 200, 10, 10);
+  Write("rough_block_wall_rough_1k.png", 51, 51, 51);
+  Write("rough_block_wall_nor_gl_1k.png", 128, 128, 255);
+  const auto before = ReadTextureFolder(dir_);
+  ASSERT_TRUE(before.ok()) << before.status();
+  for (const char* map : {"ao", "disp", "arm", "spec", "gloss", "opacity", "height", "bump"}) {
+    Write(std::string("rough_block_wall_") + map + "_1k.png", 7, 7, 7);
+  }
+  Write("rough_block_wall.png", 1, 2, 3);  // A preview.
+  Write("metal_plate_preview.png", 1, 2, 3);
+  Write("Bricks076_1K-PNG_AmbientOcclusion.png", 7, 7, 7);  // ambientCG
+  Write("Bricks076_1K-PNG_Displacement.png", 7, 7, 7);
+  const auto folder = ReadTextureFolder(dir_);
+  ASSERT_TRUE(folder.ok()) << folder.status();
+  ASSERT_EQ(folder->sets.size(), 1u);
+  EXPECT_EQ(folder->sets[0].name, "own:rough_block_wall_1k");
+  EXPECT_EQ(folder->sets[0].seed, before->sets[0].seed);
+  EXPECT_EQ(folder->sha256, before->sha256);
+  EXPECT_NEAR(SampleOf(folder->sets[0]).roughness, 0.2f, 1e-3f);
+}
+
+// A folder that cannot be walked to its end is not taken for a smaller one.
+TEST_F(TextureSetsTest, AFolderThatCannotBeReadIsAnError) {
+  Write("a_albedo.png", 1, 2, 3);
+  Write("deep/1/2/3/4/5/6/7/8/brick_albedo.png", 1, 2, 3);
+  rlimit limit{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &limit), 0);
+  const int next = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+  ASSERT_GE(next, 0);
+  ::close(next);
+  rlimit few = limit;
+  few.rlim_cur = static_cast<rlim_t>(next) + 3;  // Fewer than the folders that are open at once.
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &few), 0);
+  const absl::Status status = ReadTextureFolder(dir_).status();
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &limit), 0);
+  EXPECT_FALSE(status.ok());
+  EXPECT_THAT(std::string(status.message()), HasSubstr("walk " + dir_));
+  EXPECT_TRUE(ReadTextureFolder(dir_).ok());
+  EXPECT_EQ(ReadTextureFolder(dir_ + "/none").status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(ReadTextureFolder(dir_ + "/a_albedo.png").status().code(), absl::StatusCode::kNotFound);
 }
 
 TEST_F(TextureSetsTest, CountByTheirContent) {

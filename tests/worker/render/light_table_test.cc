@@ -225,6 +225,26 @@ TEST(Lights, EveryRoomOfAHouseHasItsPortals) {
   EXPECT_LT(both.error, 0.7f * brute.error);
 }
 
+// Hills and trees stand before windows: the sky above them shines in.
+TEST(Lights, AWindowBeforeAHillIsOpenAndOneBeforeAWallIsNot) {
+  for (const bool wall : {false, true}) {
+    TestScene test = WindowRoom(true, 0);
+    const uint32_t grey = test.AddMaterial(DiffuseSample(Vec3f::Constant(0.3f)));
+    const float distance = wall ? 0.3f : 60.0f;
+    test.AddMesh(MakeBox({-500, -distance - 1, -1}, {500, -distance, 30}), grey);
+    EXPECT_EQ(Build(test).lights.portals(), wall ? 0u : 1u);
+  }
+}
+
+TEST(Lights, AnEnclosureEndsAtItsHalfSpaces) {
+  TestScene test = WindowRoom(true, 0);
+  const Vec3f askew = Vec3f(1, 1, 0).normalized();
+  test.geometry.surroundings.enclosures[0].within = {{askew, askew.dot(Vec3f(2, 2, 0))}};
+  const Built built = Build(test);
+  EXPECT_EQ(test::Seek(built.lights, {1, 1, 1}).at().room, 0);
+  EXPECT_EQ(test::Seek(built.lights, {3, 3, 1}).at().room, -1);
+}
+
 TEST(Lights, SunThroughTheWindowAgreesWithBruteForce) {
   const Built built = Build(WindowRoom(true, 1));
   // Points on the floor inside the patch of sunlight, and beside it.

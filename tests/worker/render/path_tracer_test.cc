@@ -88,6 +88,30 @@ TEST(PathTracer, GuidesLookThroughClearPanesWithoutNoise) {
   }
 }
 
+// Ground truth is the pane, whichever way a path takes at it.
+TEST(PathTracer, TheDistanceIsThatOfAPaneThatPathsPass) {
+  TestScene test;
+  SurfaceSample pane;
+  pane.base_color = Vec3f::Ones();
+  pane.transmission = 1;
+  pane.thin_walled = true;
+  pane.roughness = 0;
+  test.AddMesh(MakeQuad({-9, -9, 0}, {18, 0, 0}, {0, 18, 0}), test.AddMaterial(pane));
+  test.AddMesh(MakeQuad({-9, -9, -5}, {9, 0, 0}, {0, 18, 0}),
+               test.AddMaterial(DiffuseSample(Vec3f::Constant(0.5f))));
+  const Built built = Build(test);
+  PathTracer tracer(*built.scene, built.lights, {});
+  for (const float x : {-0.5f, 0.5f}) {  // Before a floor, and before nothing.
+    Ray ray;
+    ray.origin = {0, 0, 1};
+    ray.direction = Vec3f(x, 0, -1).normalized();
+    for (uint32_t i = 0; i < 32; ++i) {
+      Sampler sampler(3, 0, 0, i);
+      EXPECT_NEAR(tracer.Trace(ray, sampler).distance, std::sqrt(1.25f), 1e-4f);
+    }
+  }
+}
+
 TEST(PathTracer, GuidesOfADarkPaneAreOfWhatItMirrorsWithoutNoise) {
   TestScene test;
   SurfaceSample pane;

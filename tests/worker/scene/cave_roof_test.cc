@@ -86,6 +86,14 @@ TEST(CaveRoof, LightHasItsWaysIn) {
   EXPECT_EQ(under.portals.size(), 3u);  // Both ends and a skylight.
   const Vec2f middle = GorgeMiddle(terrain->spec().cover[0], 0);
   EXPECT_TRUE(under.box.contains(Vec3f(middle.x(), middle.y(), terrain->Height(middle, 1) + 1)));
+  // It ends at its mouths, though its box goes on where the gorge runs askew.
+  ASSERT_EQ(under.within.size(), 2u);
+  for (size_t i = 0; i < 2; ++i) {
+    const SkyPortal& mouth = under.portals[i];
+    const Vec3f center = mouth.corner + 0.5f * (mouth.edge_u + mouth.edge_v);
+    EXPECT_GT(under.within[i].normal.dot(center + mouth.normal), under.within[i].offset);
+    EXPECT_LT(under.within[i].normal.dot(center - mouth.normal), under.within[i].offset);
+  }
   v1::Terrain no_gorge = recipe;
   no_gorge.clear_cover();
   EXPECT_EQ(CheckRules(no_gorge).code(), absl::StatusCode::kInvalidArgument);

@@ -256,5 +256,35 @@ TEST_F(OwnContentTest, KeyframesHaveTheirOwnSurroundings) {
   EXPECT_EQ(recipe.sky().SerializeAsString(), recipe.keyframes(0).sky().SerializeAsString());
 }
 
+TEST_F(OwnContentTest, RigsThatShareALeftEyeHaveTheSameSurroundings) {
+  ASSERT_TRUE(WriteExrHalfRgb(root_ + "/one/hdris/dark.exr", ImageF3(8, 4, 0.1f)).ok());
+  const v1::SceneConfig config = ConfigOf("one");
+  const OwnContent own = *ReadOwnContent(config);
+  v1::Scene single, shared;
+  for (int i = 0; i < 12; ++i) {
+    single.add_rigs();
+    single.add_keyframes()->mutable_sky()->set_strength(1);
+    for (const bool shares_left : {false, true, true}) {
+      shared.add_rigs()->set_shares_left(shares_left);
+      shared.add_keyframes()->mutable_sky()->set_strength(1);
+    }
+  }
+  ChooseEnvironments(config.lighting(), own, SceneSeed{1}, single);
+  ChooseEnvironments(config.lighting(), own, SceneSeed{1}, shared);
+  for (int i = 0; i < shared.keyframes_size(); ++i) {
+    EXPECT_EQ(shared.keyframes(i).sky().SerializeAsString(),
+              single.keyframes(i / 3).sky().SerializeAsString())
+        << i;
+  }
+  v1::RenderJob job;
+  *job.mutable_scene() = shared;
+  job.set_hdri_dir("one/hdris");
+  EXPECT_TRUE(LocateOwnContent(job).ok()) << LocateOwnContent(job);
+  job.mutable_scene()->mutable_keyframes(4)->mutable_sky()->set_environment_turn_rad(7);
+  EXPECT_EQ(LocateOwnContent(job).code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(LocateOwnContent(job).message()),
+              HasSubstr("keyframe 4 shows other surroundings than keyframe 3"));
+}
+
 }  // namespace
 }  // namespace parallax

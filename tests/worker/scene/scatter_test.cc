@@ -1,5 +1,6 @@
 #include "worker/scene/types/nature/scatter.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -8,47 +9,11 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/worker/scene/small_land.h"
 #include "worker/scene/types/nature/recipe.h"
 
 namespace parallax {
 namespace {
-
-// Hills on small rasters.
-v1::Terrain SmallLand() {
-  TerrainSpec spec;
-  spec.seed = 7;
-  spec.terms = {{.kind = TermKind::kHills, .wavelength_m = 300, .amplitude_m = 12, .seed = 3}};
-  spec.region_m = 1024;
-  spec.region_samples = 65;
-  spec.site_m = 256;
-  spec.site_samples = 129;
-  spec.streams.steps = 4;
-  spec.rain.droplets = 500;
-  spec.gravity.passes = 1;
-  v1::Terrain recipe;
-  SetTerrainSpec(spec, recipe);
-  recipe.add_ground();
-  v1::Prototype& any = *recipe.add_prototypes();
-  any.set_asset_class("Boulder");
-  any.set_shapes(3);
-  return recipe;
-}
-
-v1::ScatterLayer& AddLayer(v1::Terrain& recipe, const char* name, double per_m2,
-                           double spacing_m = 0) {
-  v1::ScatterLayer& layer = *recipe.add_layers();
-  layer.set_name(name);
-  layer.add_prototypes(0);
-  layer.add_weights(1);
-  layer.set_per_m2(per_m2);
-  layer.set_spacing_m(spacing_m);
-  layer.set_reach_m(60);
-  layer.set_size_low(0.5);
-  layer.set_size_high(1.5);
-  layer.set_upright(1);
-  layer.set_seed(static_cast<uint64_t>(recipe.layers_size()) * 977);
-  return layer;
-}
 
 // Trees that claim ground and cast shade, stones between them, grass and litter.
 v1::Terrain WoodedLand() {
@@ -74,10 +39,15 @@ TileSet Square(int first, int last) {
   return tiles;
 }
 
-std::vector<std::vector<Standing>> PlaceOn(const v1::Terrain& recipe, const TileSet& tiles) {
+absl::StatusOr<std::vector<std::vector<Standing>>> TryToPlaceOn(const v1::Terrain& recipe,
+                                                                const TileSet& tiles) {
   const auto terrain = TerrainOf(recipe).value();
   return Scatter(recipe, *terrain)
       .Place(std::vector<TileSet>(static_cast<size_t>(recipe.layers_size()), tiles));
+}
+
+std::vector<std::vector<Standing>> PlaceOn(const v1::Terrain& recipe, const TileSet& tiles) {
+  return TryToPlaceOn(recipe, tiles).value();
 }
 
 float Nearest(const Standing& thing, const std::vector<Standing>& others) {
@@ -176,6 +146,33 @@ TEST(Scatter, DensityIsWhatTheLayerSaysWithAndWithoutSpacing) {
   EXPECT_NEAR(static_cast<double>(things[1].size()) / area, 0.03, 0.005);
 }
 
+// 100 million blades would take gigabytes before anyone counts them.
+TEST(Scatter, TooManyCandidatesAreRefusedBeforeAnythingIsPlaced) {
+  v1::Terrain recipe = SmallLand();
+  AddLayer(recipe, "stones", 0.05, 1);
+  AddLayer(recipe, "grass", 60);
+  const absl::Status status = TryToPlaceOn(recipe, Square(-40, 40)).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kOutOfRange);
+  EXPECT_THAT(std::string(ToStd(status.message())), testing::HasSubstr("layer \"grass\""));
+  EXPECT_TRUE(TryToPlaceOn(recipe, Square(-4, 4)).ok());
+  // Spacing asks for candidates around each tile, too.
+  v1::Terrain wide = SmallLand();
+  AddLayer(wide, "trees", 0.002, 12).set_size_high(15);
+  EXPECT_EQ(TryToPlaceOn(wide, Square(-80, 80)).status().code(), absl::StatusCode::kOutOfRange);
+}
+
+TEST(Scatter, LayersThatMatterToEachOtherFromAfarAreRefused) {
+  v1::Terrain recipe = SmallLand();
+  for (const char* name : {"a", "b", "c", "d", "e", "f"}) {
+    v1::ScatterLayer& layer = AddLayer(recipe, name, 1e-7, 12);
+    layer.set_size_high(15);
+    layer.set_crown_m(12);
+  }
+  const absl::Status status = TryToPlaceOn(recipe, Square(-9, 9)).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kOutOfRange);
+  EXPECT_THAT(std::string(ToStd(status.message())), testing::HasSubstr("tiles"));
+}
+
 TEST(Rules, WhatBreaksTheirBoundsIsRefused) {
   const v1::Terrain good = WoodedLand();
   EXPECT_TRUE(CheckRules(good).ok()) << CheckRules(good);
@@ -189,9 +186,31 @@ TEST(Rules, WhatBreaksTheirBoundsIsRefused) {
   EXPECT_TRUE(refused([](v1::Terrain& t) { t.mutable_layers(1)->set_size_high(NAN); }));
   EXPECT_TRUE(refused([](v1::Terrain& t) { t.mutable_layers(2)->clear_weights(); }));
   EXPECT_TRUE(refused([](v1::Terrain& t) { t.clear_ground(); }));
+  EXPECT_TRUE(refused([](v1::Terrain& t) { t.set_clearance_m(1e3); }));
+  EXPECT_TRUE(refused([](v1::Terrain& t) { t.set_clearance_baseline_m(NAN); }));
   v1::Terrain bad = good;
   bad.set_site_samples(100'000);
   EXPECT_EQ(TerrainSpecOf(bad).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST(Rules, MasksAreCheckedWhereverTheyStand) {
+  const v1::Terrain good = WoodedLand();
+  const auto refused = [&](auto mask_of, auto change) {
+    v1::Terrain bad = good;
+    change(*mask_of(bad));
+    return CheckRules(bad).code() == absl::StatusCode::kInvalidArgument;
+  };
+  const auto of_layer = [](v1::Terrain& t) { return t.mutable_layers(2)->mutable_mask(); };
+  const auto of_ground = [](v1::Terrain& t) { return t.mutable_ground(0)->mutable_mask(); };
+  const auto of_walk = [](v1::Terrain& t) { return t.mutable_walk(); };
+  const auto fine = [](v1::GroundMask& mask) { mask.set_noise_m(1e-20); };
+  EXPECT_TRUE(refused(of_layer, fine) && refused(of_ground, fine) && refused(of_walk, fine));
+  EXPECT_TRUE(refused(of_layer, [](v1::GroundMask& mask) { mask.set_noise_m(-1); }));
+  EXPECT_TRUE(refused(of_layer, [](v1::GroundMask& mask) { mask.set_noise_cover(NAN); }));
+  EXPECT_TRUE(refused(of_ground, [](v1::GroundMask& mask) { mask.set_noise_soft(-1); }));
+  EXPECT_TRUE(refused(of_walk, [](v1::GroundMask& mask) { mask.mutable_slope()->set_low(NAN); }));
+  EXPECT_TRUE(refused(of_layer, [](v1::GroundMask& mask) { mask.mutable_snow_m()->set_soft(-1); }));
+  EXPECT_FALSE(refused(of_layer, [](v1::GroundMask& mask) { mask.set_noise_m(2); }));
 }
 
 TEST(Recipe, TheGroundsSpecSurvivesTheRecipe) {

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "common/config/config.h"
+#include "common/math/proto.h"
 #include "worker/scene/dress.h"
 #include "worker/scene/scene_geometry.h"
 #include "worker/scene/solve.h"
@@ -85,6 +86,26 @@ TEST(SceneTypes, ScenesOfEveryTypeSayWhatTheyAreAndBecomeSolid) {
     EXPECT_EQ(description.plan.has_value(), !type->surroundings(scene.place()).bounds.isEmpty());
     for (const std::string& line : description.lines) EXPECT_FALSE(line.empty());
   }
+}
+
+// A tint darkens the light through a leaf as well as that off it.
+TEST(SceneGeometry, ATintIsOfBothSidesOfALeaf) {
+  v1::Scene scene = Solve(SmallJob(v1::SCENE_TYPE_DENSE), CancelToken())->scene();
+  v1::SceneMaterial& leaf = *scene.add_materials();
+  leaf.set_index(static_cast<uint32_t>(scene.materials_size()));
+  leaf.set_material_class("FreshNeedle");
+  const auto look = [&] {
+    const absl::StatusOr<SceneGeometry> geometry = BuildSceneGeometry(scene);
+    EXPECT_TRUE(geometry.ok()) << geometry.status();
+    return geometry->materials.at(leaf.index())->Evaluate(SurfacePoint());
+  };
+  const SurfaceSample plain = look();
+  ASSERT_GT(plain.transmitted_color.minCoeff(), 0);
+  *leaf.mutable_tint() = ToProto(Vec3d(0.5, 0.7, 0.2));
+  const SurfaceSample tinted = look();
+  const Vec3f tint(0.5f, 0.7f, 0.2f);
+  EXPECT_LT((tinted.base_color - plain.base_color.cwiseProduct(tint)).norm(), 1e-6f);
+  EXPECT_LT((tinted.transmitted_color - plain.transmitted_color.cwiseProduct(tint)).norm(), 1e-6f);
 }
 
 v1::Place TwoRooms() {

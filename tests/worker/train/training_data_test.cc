@@ -136,6 +136,19 @@ TEST(BatchLoader, OrderAndDrawsDependOnSeedAndStepOnly) {
   EXPECT_NE(first.Next()->crops[0].left, second.Next()->crops[0].left);
 }
 
+// In a thread of its own an exception would end the program.
+TEST(BatchLoader, AnExceptionWhileABatchIsMadeIsAnError) {
+  const auto source = ReadTrainingSource(MakeArchive("thrown"), {});
+  ASSERT_TRUE(source.ok());
+  const std::vector<TrainingSource> sources{*source};
+  TrainSettings settings = TinyCrops();
+  settings.crop_width = 0;  // OpenCV throws for an empty picture.
+  BatchLoader loader(sources, settings, 7);
+  const absl::Status status = loader.Next().status();
+  EXPECT_TRUE(absl::IsInternal(status)) << status;
+  EXPECT_EQ(status.message().substr(0, 17), "batch of step 7: ") << status;
+}
+
 TEST(BatchLoader, NamesTheFrameThatIsTooSmall) {
   const auto source = ReadTrainingSource(MakeArchive("small"), {});
   ASSERT_TRUE(source.ok());

@@ -178,6 +178,38 @@ TEST(Training, LossThatIsNotFiniteEndsTheRun) {
   EXPECT_FALSE(std::filesystem::exists(job.out_dir + "/final.pt"));
 }
 
+// Writes a checkpoint of a network whose first `count` weights are `value`, and loads it.
+absl::StatusOr<Predictor> LoadWith(const std::string& dir, int64_t count, float value) {
+  StereoNetwork network;
+  InitialiseWeights(network, 1);
+  const Optimiser optimiser(network);
+  OptimiserState state = optimiser.state();
+  state.average = state.average.clone();
+  state.average.slice(0, 0, count).fill_(value);
+  std::filesystem::create_directories(dir);
+  const std::string path = dir + "/final.pt";
+  const Json settings = {{"max_disparity", 64}};
+  RETURN_IF_ERROR(WriteCheckpoint(path, network, {1, settings, state}));
+  return Predictor::Load(path);
+}
+
+TEST(Predictor, WeightsAndDisparitiesThatAreNotFiniteAreErrorsAndNotZero) {
+  const std::string dir = FreshDir("diverged");
+  const ImageRgb8 picture(64, 32, 200);
+  const auto good = LoadWith(dir, 1, 0.5f);
+  ASSERT_TRUE(good.ok()) << good.status();
+  EXPECT_TRUE(good->Predict(picture, picture, {}).ok());
+  for (const float value : {std::nanf(""), HUGE_VALF}) {
+    const absl::Status status = LoadWith(dir, 1, value).status();
+    EXPECT_TRUE(absl::IsDataLoss(status)) << status;
+    EXPECT_NE(status.message().find("final.pt: weight "), absl::string_view::npos) << status;
+  }
+  const auto large = LoadWith(dir, 1000, 3e38f);  // Their sums are infinite.
+  ASSERT_TRUE(large.ok()) << large.status();
+  const absl::Status status = large->Predict(picture, picture, {}).status();
+  EXPECT_TRUE(absl::IsInternal(status)) << status;
+}
+
 TEST(Training, OverfitsAFewPairsAndPredictsThem) {
   TrainingJob job = TinyJob("overfit", 150);
   job.settings.learning_rate = 3e-3;

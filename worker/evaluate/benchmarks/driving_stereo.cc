@@ -1,8 +1,8 @@
-// DrivingStereo: a fixed random subset of 200 test pairs at half resolution, held out by the paper.
+// DrivingStereo: a fixed subset of 200 test pairs at half resolution, held out by the paper.
 #include <algorithm>
 #include <filesystem>
 
-#include "common/base/rng.h"
+#include "common/base/hash.h"
 #include "worker/evaluate/benchmarks/kinds.h"
 #include "worker/evaluate/benchmarks/layout.h"
 #include "worker/evaluate/disparity_files.h"
@@ -26,19 +26,31 @@ std::string Counterpart(std::string path, const std::string& name) {
   return path;
 }
 
-// Disparity maps at half resolution below `root`, relative to it, sorted; not those for training.
+// Folders to look for truth in: those of the test pairs, whose names begin so, where there are any;
+// else all but those for training. Pictures by weather are a set of their own.
+std::vector<std::string> FoldersOfTruth(const std::string& root) {
+  const std::vector<std::string> all = SubFolders(root);
+  std::vector<std::string> test, others;
+  for (const std::string& folder : all) {
+    if (folder.starts_with("test")) test.push_back(folder);
+    if (!folder.starts_with("train")) others.push_back(folder);
+  }
+  return test.empty() ? others : test;
+}
+
+// Disparity maps at half resolution below `root`, relative to it.
 std::vector<std::string> FindTruth(const std::string& root) {
   std::vector<std::string> found;
   std::error_code error;
-  for (const auto& entry : fs::recursive_directory_iterator(
-           root, fs::directory_options::follow_directory_symlink, error)) {
-    const std::string path = entry.path().lexically_relative(root);
-    if (path.ends_with(".png") && path.find("disparity-map-half-size") != std::string::npos &&
-        !path.starts_with("train")) {
-      found.push_back(path);
+  for (const std::string& folder : FoldersOfTruth(root)) {
+    for (const auto& entry : fs::recursive_directory_iterator(
+             root + "/" + folder, fs::directory_options::follow_directory_symlink, error)) {
+      const std::string path = entry.path().lexically_relative(root);
+      if (path.ends_with(".png") && path.find("disparity-map-half-size") != std::string::npos) {
+        found.push_back(path);
+      }
     }
   }
-  std::sort(found.begin(), found.end());
   return found;
 }
 
@@ -47,12 +59,20 @@ std::string PictureOf(const std::string& path) {
   return IsFile(stem + ".png") ? stem + ".png" : stem + ".jpg";
 }
 
-// The paper's own choice is not published: this one is the same for everybody.
-std::vector<std::string> FixedSubset(std::vector<std::string> paths) {
-  Rng(SceneSeed{0}, "evaluate/driving_stereo").Shuffle(paths);
-  if (paths.size() > kDrivingStereoPairs) paths.resize(kDrivingStereoPairs);
-  std::sort(paths.begin(), paths.end());
-  return paths;
+// The paper's own choice is not published. This one takes the pairs whose names have the least
+// hashes: it is the same for everybody, and of a part of the set it takes the pairs that it takes
+// of the whole.
+std::vector<std::string> FixedSubset(const std::vector<std::string>& paths) {
+  std::vector<std::pair<Sha256Digest, std::string>> by_hash;
+  for (const std::string& path : paths) {
+    by_hash.push_back({Sha256Of(fs::path(path).filename().string()), path});
+  }
+  std::sort(by_hash.begin(), by_hash.end());
+  if (by_hash.size() > kDrivingStereoPairs) by_hash.resize(kDrivingStereoPairs);
+  std::vector<std::string> chosen;
+  for (const auto& [hash, path] : by_hash) chosen.push_back(path);
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
 }
 
 absl::StatusOr<PairTruth> ReadDrivingTruth(const std::string& path) {
@@ -69,7 +89,7 @@ absl::StatusOr<Benchmark> OpenDrivingStereo(const std::string& dir) {
   benchmark.figures = {{.measure = kD1Measure}, {.measure = kEpeMeasure}, {.measure = BadAt(1)}};
   benchmark.mimics =
       "OpenStereo at half resolution (all pixels with truth, mean over images); 200 test pairs "
-      "drawn once with a fixed seed; the set has no map of occlusion";
+      "chosen by the hashes of their names; the set has no map of occlusion";
   benchmark.pairs_published = kDrivingStereoPairs;
   std::vector<std::string> files;
   for (const std::string& truth : FixedSubset(FindTruth(root))) {

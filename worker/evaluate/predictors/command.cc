@@ -52,6 +52,7 @@ class CommandPredictor : public Predictor {
     run.command = options_.command;
     run.command.replace(at, kPlaceholder.size(), Quoted(list));
     run.name = options_.name;
+    run.directory = options_.directory;
     run.log = context.work_dir + "/predictor.log";
     run.limit_s = options_.start_s + options_.pair_s * static_cast<double>(tasks.size());
     run.cancel = context.cancel;

@@ -50,9 +50,10 @@ struct CommandPredictorOptions {
   // Run by /bin/sh; "{list}" is replaced by the path of a text file with a line `left right output`
   // a pair. The command writes each output as PFM and exits with 0.
   std::string command;
-  double start_s = 300;   // It may take this long,
-  double pair_s = 120;    // and this much longer for each pair; then it is killed.
-  std::string name = "";  // Name of the predictor; the command if empty.
+  double start_s = 300;        // It may take this long,
+  double pair_s = 120;         // and this much longer for each pair; then it is killed.
+  std::string name = "";       // Name of the predictor; the command if empty.
+  std::string directory = "";  // Where it runs; empty: in our own working folder.
 };
 // Errors of Predict: kDeadlineExceeded, kAborted (killed by a signal) and kInternal (exit status)
 // with the last lines of what the command said. Standard output and error go to

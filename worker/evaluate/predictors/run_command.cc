@@ -56,9 +56,10 @@ std::string TailOfFile(const std::string& path, size_t lines) {
 }
 
 absl::Status RunCommand(const CommandOptions& options) {
-  ASSIGN_OR_RETURN(
-      const auto child,
-      ChildProcess::Start({.command = {"/bin/sh", "-c", options.command}, .log = options.log}));
+  ASSIGN_OR_RETURN(const auto child,
+                   ChildProcess::Start({.command = {"/bin/sh", "-c", options.command},
+                                        .directory = options.directory,
+                                        .log = options.log}));
   const SteadyTime start = options.clock->Steady();
   while (true) {
     if (const std::optional<int> ended = child->Poll()) return StatusOf(*ended, options);

@@ -12,10 +12,11 @@ namespace parallax {
 
 // A command, its log and its limits.
 struct CommandOptions {
-  std::string command;  // For /bin/sh -c.
-  std::string name;     // For messages; the command if empty.
-  std::string log;      // Standard output and error are written here.
-  double limit_s = 60;  // Time after which it and its children are killed.
+  std::string command;    // For /bin/sh -c.
+  std::string name;       // For messages; the command if empty.
+  std::string directory;  // Where it runs; empty: in our own working folder.
+  std::string log;        // Standard output and error are written here.
+  double limit_s = 60;    // Time after which it and its children are killed.
   CancelToken cancel;
   Clock* clock = &Clock::System();
   std::function<void()> poll = [] {};  // Called a few times a second while it runs.

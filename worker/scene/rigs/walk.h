@@ -54,6 +54,9 @@ class WalkFinder {
   // frames.
   bool Clear(const RayScene& solid, const Walk& walk) const;
 
+  // Returns the largest baseline at which the right eye must be clear, metres.
+  float reach_m() const { return reach_m_; }
+
   // Returns the number of failures by reason: "blocked", "sky"...
   const std::map<std::string, int>& reasons() const { return reasons_; }
   std::string Reasons() const;

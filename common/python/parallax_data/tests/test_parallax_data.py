@@ -406,7 +406,7 @@ class Exports(unittest.TestCase):
             bits = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
             self.assertEqual(bits.dtype, np.uint16)
             return bits.view(np.float16).astype(np.float32)
-        for split, scene in (("train", 0), ("test", 1)):
+        for split, scene in (("train", 0), ("test", 1), ("valid", 1)):
             root = self.root / "dynamic-replica" / split
             with gzip.open(root / f"frame_annotations_{split}.jgz", "rt", encoding="utf8") as file:
                 annotations = json.load(file)

@@ -73,7 +73,7 @@ absl::StatusOr<std::unique_ptr<RayScene>> MakeArena(const v1::Terrain& recipe,
     const float radius = std::min(static_cast<float>(layer.reach_m()), kReach_m);
     tiles.push_back(layer.index_each() ? TilesWithin(middle, radius) : TileSet());
   }
-  const auto things = Scatter(recipe, terrain).Place(tiles);
+  ASSIGN_OR_RETURN(const auto things, Scatter(recipe, terrain).Place(tiles));
   Trees trees(recipe);
   for (int index = 0; index < recipe.layers_size(); ++index) {
     const v1::ScatterLayer& layer = recipe.layers(index);
@@ -98,15 +98,17 @@ absl::StatusOr<std::unique_ptr<RayScene>> MakeArena(const v1::Terrain& recipe,
 
 absl::StatusOr<std::unique_ptr<RayScene>> MakeNearby(
     const v1::Terrain& recipe, const Expansion& expansion,
-    const google::protobuf::RepeatedPtrField<v1::Rig>& rigs, float within_m) {
-  const Views views(rigs);
+    const google::protobuf::RepeatedPtrField<v1::Rig>& rigs, float within_m, float baseline_m) {
+  const EyeWay way{Views(rigs), baseline_m};
   auto solid = std::make_unique<RayScene>();
   for (const Mesh* sheet : {&expansion.ground.mesh(), expansion.water.get()}) {
     if (sheet == nullptr) continue;
     Mesh near = *sheet;
     std::erase_if(near.triangles, [&](const Triangle& t) {
-      const float radius = (near.positions[t.a] - near.positions[t.b]).norm();
-      return views.Distance(near.positions[t.a].head<2>()) > within_m + radius;
+      const Vec3f& corner = near.positions[t.a];
+      const float radius =
+          std::max((corner - near.positions[t.b]).norm(), (corner - near.positions[t.c]).norm());
+      return !way.IsWithin(corner.head<2>(), within_m + radius);
     });
     solid->Add(near, Eigen::Affine3f::Identity());
   }
@@ -123,7 +125,7 @@ absl::StatusOr<std::unique_ptr<RayScene>> MakeNearby(
   for (const Instance& instance : expansion.instances) {
     const Box3f box = TransformBox(instance.Affine(), boxes[instance.prototype]);
     const float radius = 0.55f * box.diagonal().norm();
-    if (views.Distance(box.center().head<2>()) > within_m + radius) continue;
+    if (!way.IsWithin(box.center().head<2>(), within_m + radius)) continue;
     ASSIGN_OR_RETURN(const auto tree, trees.Of(expansion.shapes[instance.prototype]));
     solid->Add(tree, instance.Affine());
   }

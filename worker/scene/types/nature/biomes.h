@@ -26,7 +26,7 @@ struct SiteHeights {
 struct BiomeDraft {
   const Rng& rng;            // The biome's own address.
   const std::string season;  // "spring", "summer", "autumn", "winter".
-  double density = 1;        // Scales every layer's.
+  double density = 1;        // Scales that of plants.
   SiteHeights heights;
   v1::Terrain& recipe;
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <numbers>
@@ -22,7 +23,8 @@ namespace {
 // Everything stands this far around the walk, seen or not: for shadows and bounced light.
 constexpr float kNearDisc_m = 14, kCasterDisc_m = 55;
 constexpr float kRoofCell_m = 0.2f;
-constexpr float kTube_m = 0.4f;  // Nothing that can be dropped comes so near to an eye.
+constexpr double kFarthestEye_m = 28'000;  // From the origin: there the ground's mesh ends.
+constexpr size_t kAtATime = 1 << 17;       // Things whose poses are made together.
 // Water's waves are no finer than this asks for.
 constexpr float kEyesAboveWater_m = 0.5f;
 // Land that is seen through a house's windows: everything is as coarse as if it were so many times
@@ -51,44 +53,34 @@ float DiscOf(const v1::ScatterLayer& layer) {
 // dropped.
 bool IsSolid(const v1::ScatterLayer& layer) { return layer.index_each(); }
 
-float SquaredDistance(const Vec3f& p, const Vec3f& a, const Vec3f& b) {
-  const Vec3f along = b - a;
-  const float t =
-      std::clamp((p - a).dot(along) / std::max(along.squaredNorm(), 1e-12f), 0.0f, 1.0f);
-  return (p - (a + t * along)).squaredNorm();
-}
-
-// Whether a ball comes into the tube about both eyes' ways.
-bool InTube(const Views& views, const Vec3f& middle, float radius_m) {
-  const float reach = kTube_m + radius_m;
-  const std::vector<Views::Eyes>& eyes = views.eyes();
-  for (size_t i = 0; i < eyes.size(); ++i) {
-    const Views::Eyes& next = eyes[std::min(i + 1, eyes.size() - 1)];
-    // Between walks the eyes jump; nothing is on their way then.
-    const bool walks_on = (next.left - eyes[i].left).squaredNorm() < 4;
-    if (SquaredDistance(middle, eyes[i].left, eyes[i].right) < reach * reach) return true;
-    if (!walks_on) continue;
-    if (SquaredDistance(middle, eyes[i].left, next.left) < reach * reach) return true;
-    if (SquaredDistance(middle, eyes[i].right, next.right) < reach * reach) return true;
-  }
-  return false;
-}
-
 class Expander {
  public:
   Expander(const v1::Terrain& recipe, const Views& views, Expansion& out)
-      : recipe_(recipe), views_(views), out_(out) {}
+      : recipe_(recipe),
+        views_(views),
+        way_(views, static_cast<float>(recipe.clearance_baseline_m())),
+        tube_m_(std::max(kLeastTube_m, static_cast<float>(recipe.clearance_m()))),
+        out_(out) {}
 
   absl::Status Run() {
     std::vector<TileSet> tiles;
     for (const v1::ScatterLayer& layer : recipe_.layers()) {
       tiles.push_back(views_.Tiles(DiscOf(layer), static_cast<float>(layer.reach_m())));
     }
-    const auto things = Scatter(recipe_, *out_.terrain).Place(tiles);
+    ASSIGN_OR_RETURN(const auto things, Scatter(recipe_, *out_.terrain).Place(tiles));
+    std::vector<std::vector<Kept>> kept;
     for (int layer = 0; layer < recipe_.layers_size(); ++layer) {
-      RETURN_IF_ERROR(Add(layer, things[static_cast<size_t>(layer)]));
+      ASSIGN_OR_RETURN(kept.emplace_back(),
+                       KeptOf(recipe_.layers(layer), things[static_cast<size_t>(layer)]));
+      RETURN_IF_ERROR(CheckWanted(kept));
     }
-    if (out_.water) HashWater(*out_.water);
+    RETURN_IF_ERROR(ThinToBudget(kept));
+    for (int layer = 0; layer < recipe_.layers_size(); ++layer) {
+      Add(layer, kept[static_cast<size_t>(layer)]);
+    }
+    if (out_.water) HashHeights(*out_.water);
+    HashHeights(out_.ground.mesh());
+    if (out_.roof) HashHeights(out_.roof->mesh());
     out_.hash = hasher_.hash();
     return absl::OkStatus();
   }
@@ -97,36 +89,83 @@ class Expander {
   struct Kept {
     bool wanted = false;
     PlantDetail detail = PlantDetail::kNear;
+    Standing thing;
     Eigen::Matrix<float, 3, 4> place;
   };
 
-  absl::Status Add(int index, const std::vector<Standing>& things) {
-    const v1::ScatterLayer& layer = recipe_.layers(index);
+  // Returns the things of a layer that the views want, in their order.
+  absl::StatusOr<std::vector<Kept>> KeptOf(const v1::ScatterLayer& layer,
+                                           const std::vector<Standing>& things) const {
     ASSIGN_OR_RETURN(const std::vector<std::vector<Box3f>> boxes, BoxesOf(layer));
-    std::vector<Kept> kept(things.size());
-    tbb::parallel_for(size_t{0}, things.size(),
-                      [&](size_t i) { kept[i] = Keep(layer, things[i], boxes); });
-    uint32_t count = 0;
-    for (size_t i = 0; i < things.size(); ++i) {
-      if (!kept[i].wanted) continue;
-      const Standing& thing = things[i];
-      if (out_.instances.size() >= kMostInstances) {
-        return ResourceExhausted("terrain: more than {} instances", kMostInstances);
+    std::vector<Kept> all, some;
+    for (size_t first = 0; first < things.size(); first += kAtATime) {
+      some.assign(std::min(kAtATime, things.size() - first), Kept());
+      tbb::parallel_for(size_t{0}, some.size(),
+                        [&](size_t i) { some[i] = Keep(layer, things[first + i], boxes); });
+      std::copy_if(some.begin(), some.end(), std::back_inserter(all),
+                   [](const Kept& kept) { return kept.wanted; });
+    }
+    return all;
+  }
+
+  static absl::Status CheckWanted(const std::vector<std::vector<Kept>>& kept) {
+    size_t wanted = 0;
+    for (const std::vector<Kept>& layer : kept) wanted += layer.size();
+    if (wanted <= kMostWanted) return absl::OkStatus();
+    return OutOfRange("terrain: the views want more than {} things, allowed are {}", wanted,
+                      kMostWanted);
+  }
+
+  // Keeps the number of instances within kMostInstances: things without an index each are thinned
+  // evenly, to those of the lowest ranks.
+  absl::Status ThinToBudget(std::vector<std::vector<Kept>>& kept) const {
+    size_t single = 0;
+    std::vector<uint16_t> ranks;
+    for (size_t layer = 0; layer < kept.size(); ++layer) {
+      if (IsSolid(recipe_.layers(static_cast<int>(layer)))) {
+        single += kept[layer].size();
+        continue;
       }
-      const uint32_t prototype = layer.prototypes(thing.prototype);
+      for (const Kept& small : kept[layer]) ranks.push_back(PlaceInLine(small.thing));
+    }
+    if (single > kMostInstances) {
+      return OutOfRange("terrain: {} things have an index each, allowed are {} instances", single,
+                        kMostInstances);
+    }
+    const size_t room = kMostInstances - single;
+    if (ranks.size() <= room) return absl::OkStatus();
+    const auto last = ranks.begin() + static_cast<std::ptrdiff_t>(room);
+    std::nth_element(ranks.begin(), last, ranks.end());
+    for (size_t layer = 0; layer < kept.size(); ++layer) {
+      if (IsSolid(recipe_.layers(static_cast<int>(layer)))) continue;
+      std::erase_if(kept[layer],
+                    [&](const Kept& small) { return PlaceInLine(small.thing) >= *last; });
+    }
+    return absl::OkStatus();
+  }
+
+  // A random number that decides nothing else: Keep takes the lower half of the rank.
+  static uint16_t PlaceInLine(const Standing& thing) {
+    return static_cast<uint16_t>(thing.rank >> 16);
+  }
+
+  void Add(int index, const std::vector<Kept>& kept) {
+    const v1::ScatterLayer& layer = recipe_.layers(index);
+    uint32_t count = 0;
+    for (const Kept& one : kept) {
+      const uint32_t prototype = layer.prototypes(one.thing.prototype);
       Instance instance;
-      instance.world_from_object = kept[i].place;
-      instance.prototype = ShapeIndex({prototype, thing.shape, kept[i].detail});
+      instance.world_from_object = one.place;
+      instance.prototype = ShapeIndex({prototype, one.thing.shape, one.detail});
       instance.object_index =
-          (layer.index_each() ? std::min(count, kMostIndices - 1) : thing.prototype);
-      Hash(index, thing, instance);
+          (layer.index_each() ? std::min(count, kMostIndices - 1) : one.thing.prototype);
+      Hash(index, one.thing, instance);
       out_.instances.push_back(instance);
       ++count;
     }
     out_.of_layer.push_back(count);
     out_.indices.push_back(layer.index_each() ? std::min(count, kMostIndices)
                                               : static_cast<uint32_t>(layer.prototypes_size()));
-    return absl::OkStatus();
   }
 
   // How large the small things of a layer are, for the tube.
@@ -147,6 +186,7 @@ class Expander {
   Kept Keep(const v1::ScatterLayer& layer, const Standing& thing,
             const std::vector<std::vector<Box3f>>& boxes) const {
     Kept kept;
+    kept.thing = thing;
     const Vec2f p = thing.position();
     const float radius = static_cast<float>(layer.crown_m()) * thing.scale() + 0.5f;
     const auto reach = static_cast<float>(layer.reach_m());
@@ -169,10 +209,10 @@ class Expander {
     } else {
       kept.place = PlaceOf(layer, thing, out_.ground, *out_.terrain);
     }
-    if (!boxes.empty() && distance < 6) {
+    if (!boxes.empty()) {
       const Box3f& box = boxes[thing.prototype][thing.shape];
       const Vec3f middle = kept.place.leftCols<3>() * box.center() + kept.place.col(3);
-      kept.wanted = !InTube(views_, middle, 0.5f * thing.scale() * box.diagonal().norm());
+      kept.wanted = !way_.Meets(middle, 0.5f * thing.scale() * box.diagonal().norm(), tube_m_);
     }
     return kept;
   }
@@ -200,15 +240,17 @@ class Expander {
                 static_cast<uint64_t>(out_.shapes[instance.prototype].detail));
   }
 
-  void HashWater(const Mesh& water) {
-    hasher_.Add(water.triangles.size());
-    for (const Vec3f& p : water.positions) {
+  void HashHeights(const Mesh& mesh) {
+    hasher_.Add(mesh.triangles.size());
+    for (const Vec3f& p : mesh.positions) {
       hasher_.Add(static_cast<uint64_t>(std::lround(1000.0f * p.z())));
     }
   }
 
   const v1::Terrain& recipe_;
   const Views& views_;
+  const EyeWay way_;
+  const float tube_m_;  // Nothing that can be dropped comes so near to an eye.
   Expansion& out_;
   std::map<ShapeKey, uint32_t> shape_index_;
   Hasher hasher_;
@@ -251,6 +293,19 @@ std::shared_ptr<const Mesh> MakeWater(const Terrain& terrain, const Views& views
   options.focal_px = views.focal_px();
   options.most_triangles = 320'000;
   return std::make_shared<const Mesh>(GroundMesh(WaterOf(terrain), options).mesh());
+}
+
+absl::Status CheckEyes(const google::protobuf::RepeatedPtrField<v1::Rig>& rigs) {
+  for (const v1::Rig& rig : rigs) {
+    const v1::Transform& eye = rig.world_from_left();
+    for (const double at : {eye.tx(), eye.ty(), eye.tz()}) {
+      if (std::abs(at) <= kFarthestEye_m) continue;  // False for NaN.
+      return InvalidArgument(
+          "terrain: rig {} stands at ({:f}, {:f}, {:f}), allowed is {} m at most", rig.index(),
+          eye.tx(), eye.ty(), eye.tz(), kFarthestEye_m);
+    }
+  }
+  return absl::OkStatus();
 }
 
 // What lies flat may stand out by so much.
@@ -348,6 +403,7 @@ absl::StatusOr<std::shared_ptr<const Expansion>> ExpandTerrain(
   if (rigs.empty()) {
     return InvalidArgument("terrain: a landscape without rigs");
   }
+  RETURN_IF_ERROR(CheckEyes(rigs));
   RETURN_IF_ERROR(CheckRules(recipe));
   std::string key = KeyOf(recipe, rigs);
   static std::mutex& mutex = *new std::mutex;

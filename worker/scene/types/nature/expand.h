@@ -42,11 +42,16 @@ struct Expansion {
 };
 
 // Expands a recipe that has its rigs. The process remembers the newest expansion. Thread-safe.
-// Errors: kInvalidArgument for a recipe that breaks the rules' bounds or has no rigs;
-// kResourceExhausted for more than kMostInstances.
+// Where the views want more than kMostInstances, things without an index each are thinned evenly.
+// Errors: kInvalidArgument for a recipe that breaks the rules' bounds or has no rigs; kOutOfRange
+// for more things with an index each than kMostInstances, for more than kMostWanted in all, and as
+// Scatter::Place.
 absl::StatusOr<std::shared_ptr<const Expansion>> ExpandTerrain(
     const v1::Terrain& recipe, const google::protobuf::RepeatedPtrField<v1::Rig>& rigs);
-inline constexpr size_t kMostInstances = 250'000;
+inline constexpr size_t kMostInstances = 250'000, kMostWanted = 4'000'000;
+// Things without an index each stay out of a tube about the way of both eyes: of this radius, or of
+// Terrain.clearance_m where that is larger.
+inline constexpr float kLeastTube_m = 0.4f;
 
 // The pose of an object on the ground: its base below the ground all around, turned, leaning with
 // the slope. Floating objects lie level on still water where the ground is lower.

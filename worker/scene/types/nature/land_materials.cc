@@ -188,21 +188,32 @@ absl::Status ChooseLandMaterials(const Rng& root, v1::Scene& recipe, v1::Terrain
   return LandMaterials(root, recipe, land).Run();
 }
 
+namespace {
+
+// The largest index of the recipe's own objects; 0: none.
+uint32_t LastIndex(const v1::Scene& recipe) {
+  uint32_t last = 0;
+  for (const v1::SceneObject& part : recipe.objects()) last = std::max(last, part.index());
+  return last;
+}
+
+}  // namespace
+
+absl::Status CheckIndices(const v1::Scene& recipe, const Expansion& expansion) {
+  constexpr uint64_t kMost = 65535;
+  uint64_t objects = LastIndex(recipe);
+  for (const uint32_t indices : expansion.indices) objects += indices;
+  if (objects < kMost) return absl::OkStatus();
+  return OutOfRange("terrain: {} objects with an index each, allowed are {}", objects, kMost - 1);
+}
+
 absl::Status CountLand(const v1::Scene& recipe,
                        const google::protobuf::RepeatedPtrField<v1::Rig>& views,
                        v1::Terrain& land) {
   land.clear_expansion_hash();
   ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land, views));
-  uint32_t last_part = 0;
-  for (const v1::SceneObject& part : recipe.objects()) {
-    last_part = std::max(last_part, part.index());
-  }
-  NumberLayers(*expansion, last_part + 1, land);
-  const v1::ScatterLayer* last =
-      land.layers().empty() ? nullptr : &land.layers(land.layers_size() - 1);
-  if (last && last->first_object_index() + last->indices() > 65535) {
-    return ResourceExhausted("terrain: more than 65535 objects");
-  }
+  RETURN_IF_ERROR(CheckIndices(recipe, *expansion));
+  NumberLayers(*expansion, LastIndex(recipe) + 1, land);
   land.set_expansion_hash(expansion->hash);
   land.set_instances(static_cast<uint32_t>(expansion->instances.size()));
   return absl::OkStatus();

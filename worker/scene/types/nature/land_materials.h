@@ -5,6 +5,7 @@
 #include "common/base/rng.h"
 #include "common/base/status.h"
 #include "parallax/v1/scene.pb.h"
+#include "worker/scene/types/nature/expand.h"
 
 namespace parallax {
 
@@ -16,8 +17,12 @@ absl::Status ChooseLandMaterials(const Rng& root, v1::Scene& recipe, v1::Terrain
 
 // Expands the land for `views` and writes its hash, its number of instances, and the object indices
 // of its layers, which follow the largest of `recipe`.
-// Errors: kResourceExhausted for more objects than indices; those of ExpandTerrain.
+// Errors: those of CheckIndices and ExpandTerrain.
 absl::Status CountLand(const v1::Scene& recipe,
                        const google::protobuf::RepeatedPtrField<v1::Rig>& views, v1::Terrain& land);
+
+// Checks that the things of an expansion can be numbered after the objects of `recipe`. Errors:
+// kOutOfRange for more objects than indices.
+absl::Status CheckIndices(const v1::Scene& recipe, const Expansion& expansion);
 
 }  // namespace parallax

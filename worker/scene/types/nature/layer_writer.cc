@@ -2,6 +2,10 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+
+#include "worker/scene/types/nature/recipe.h"
+
 namespace parallax {
 namespace {
 
@@ -60,7 +64,7 @@ void LayerWriter::Add(const LayerSpec& spec) {
   layer.add_prototypes(PrototypeFor(spec));
   layer.add_weights(1);
   const double scale = spec.role == v1::OBJECT_ROLE_VEGETATION ? draft_.density : 1;
-  layer.set_per_m2(spec.per_m2 * scale);
+  layer.set_per_m2(std::min(spec.per_m2 * scale, kMostPerM2));
   layer.set_spacing_m(spec.spacing_m);
   layer.set_reach_m(spec.reach_m);
   layer.set_size_low(spec.low);

@@ -47,7 +47,8 @@ class LayerWriter {
  public:
   explicit LayerWriter(BiomeDraft& draft) : draft_(draft) {}
 
-  // Adds a layer with one prototype; equal assets share theirs.
+  // Adds a layer with one prototype; equal assets share theirs. The draft's density scales plants,
+  // up to the most that a layer may have (kMostPerM2).
   void Add(const LayerSpec& spec);
   // Adds the ground's next rule; the first one covers everything.
   void AddGround(const MaskSpec& mask);

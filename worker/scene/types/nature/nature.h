@@ -12,12 +12,14 @@ extern const SceneType kNatureScenes;
 absl::StatusOr<std::variant<v1::Layout, Rejected>> LayOutLand(const v1::SceneConfig& config,
                                                               SceneSeed seed,
                                                               const CancelToken& cancel);
-// Adds the rigs of the best walk found.
-// Errors: kCancelled; as ExpandTerrain.
+// Adds the rigs of the best walks found, and says in `scene` why it finds too few, or why too much
+// would stand around them. Where nature.walk.clearance_m is larger than what plants leave free
+// anyway, the recipe tells them to leave more.
+// Errors: kCancelled; as ExpandTerrain but for kOutOfRange.
 absl::Status PlaceWalkRigs(const v1::SceneConfig& config, const CancelToken& cancel,
                            SceneInProgress& scene);
 // Adds sky, lights and materials, and numbers the layers' objects.
-// Errors: kCancelled; kResourceExhausted for more objects than indices; as ExpandTerrain.
+// Errors: kCancelled; as CountLand.
 absl::Status DressLand(const v1::SceneConfig& config, const CancelToken& cancel,
                        SceneInProgress& scene);
 // The place in words, and a map as lines of text.

@@ -184,6 +184,39 @@ void SetWaterSpec(const WaterSpec& spec, v1::Water& water) {
   water.set_wind_rad(spec.wind_rad);
 }
 
+absl::Status CheckRange(const std::string& name, const v1::SoftRange& range) {
+  constexpr double kMost = 1e6;
+  RETURN_IF_ERROR(CheckNumber((name + ".low").c_str(), range.low(), -kMost, kMost));
+  RETURN_IF_ERROR(CheckNumber((name + ".high").c_str(), range.high(), -kMost, kMost));
+  return CheckNumber((name + ".soft").c_str(), range.soft(), 0, kMost);
+}
+
+absl::Status CheckMask(const v1::GroundMask& mask) {
+  RETURN_IF_ERROR(CheckRange("mask.slope", mask.slope()));
+  RETURN_IF_ERROR(CheckRange("mask.height_m", mask.height_m()));
+  RETURN_IF_ERROR(CheckRange("mask.above_water_m", mask.above_water_m()));
+  RETURN_IF_ERROR(CheckRange("mask.wetness", mask.wetness()));
+  RETURN_IF_ERROR(CheckRange("mask.deposit_m", mask.deposit_m()));
+  RETURN_IF_ERROR(CheckRange("mask.shade", mask.shade()));
+  RETURN_IF_ERROR(CheckRange("mask.snow_m", mask.snow_m()));
+  if (mask.noise_m() != 0) {
+    RETURN_IF_ERROR(CheckNumber("mask.noise_m, where it is not 0,", mask.noise_m(), 0.05, 1e5));
+  }
+  RETURN_IF_ERROR(CheckNumber("mask.noise_cover", mask.noise_cover(), 0, 1));
+  return CheckNumber("mask.noise_soft", mask.noise_soft(), 0, 10);
+}
+
+absl::Status CheckMasks(const v1::Terrain& recipe) {
+  for (const v1::ScatterLayer& layer : recipe.layers()) {
+    RETURN_IF_ERROR(WithContext(CheckMask(layer.mask()), "layer \"" + layer.name() + "\""));
+  }
+  for (int i = 0; i < recipe.ground_size(); ++i) {
+    RETURN_IF_ERROR(
+        WithContext(CheckMask(recipe.ground(i).mask()), fmt::format("ground rule {}", i)));
+  }
+  return WithContext(CheckMask(recipe.walk()), "walk");
+}
+
 absl::Status CheckLayer(const v1::Terrain& recipe, const v1::ScatterLayer& layer) {
   const auto number = [&](const char* name, double value, double low, double high) {
     return WithContext(CheckNumber(name, value, low, high), "layer \"" + layer.name() + "\"");
@@ -203,7 +236,7 @@ absl::Status CheckLayer(const v1::Terrain& recipe, const v1::ScatterLayer& layer
     weights += weight;
   }
   RETURN_IF_ERROR(number("sum of weights", weights, 1e-9, 1e8));
-  RETURN_IF_ERROR(number("per_m2", layer.per_m2(), 0, 60));
+  RETURN_IF_ERROR(number("per_m2", layer.per_m2(), 0, kMostPerM2));
   RETURN_IF_ERROR(number("spacing_m", layer.spacing_m(), 0, 12));
   RETURN_IF_ERROR(number("reach_m", layer.reach_m(), 0, 3000));
   RETURN_IF_ERROR(number("size_low", layer.size_low(), 0.01, 15));
@@ -347,6 +380,9 @@ absl::Status CheckRules(const v1::Terrain& recipe) {
   for (const v1::ScatterLayer& layer : recipe.layers()) {
     RETURN_IF_ERROR(CheckLayer(recipe, layer));
   }
+  RETURN_IF_ERROR(CheckMasks(recipe));
+  RETURN_IF_ERROR(CheckNumber("clearance_m", recipe.clearance_m(), 0, 10));
+  RETURN_IF_ERROR(CheckNumber("clearance_baseline_m", recipe.clearance_baseline_m(), 0, 100));
   if (recipe.has_plot()) RETURN_IF_ERROR(CheckPlot(recipe.plot()));
   return recipe.has_roof() ? CheckRoof(recipe) : absl::OkStatus();
 }

@@ -21,7 +21,10 @@ absl::StatusOr<TerrainSpec> TerrainSpecOf(const v1::Terrain& recipe);
 // scene erode it only once. Thread-safe. Errors: those of TerrainSpecOf.
 absl::StatusOr<std::shared_ptr<const Terrain>> TerrainOf(const v1::Terrain& recipe);
 
-// Checks the bounds of the rules: prototypes of layers, densities, ranges. Errors:
+// The most things a square metre of a layer.
+inline constexpr double kMostPerM2 = 60;
+
+// Checks the bounds of the rules: prototypes of layers, densities, masks, ranges. Errors:
 // kInvalidArgument.
 absl::Status CheckRules(const v1::Terrain& recipe);
 

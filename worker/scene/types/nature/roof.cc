@@ -235,8 +235,9 @@ SkyEnclosure EnclosureUnder(const v1::Terrain& recipe, const Terrain& terrain) {
     const Vec2f middle = GorgeMiddle(gorge, end);
     const float floor = terrain.Height(middle, 4);
     const Vec3f corner = Vec3f(middle.x(), middle.y(), floor - 0.5f) - reach * left;
-    enclosure.portals.push_back(
-        {corner, 2 * reach * left, {0, 0, 1.4f * rise}, (end > 0 ? 1.0f : -1.0f) * ahead, 1});
+    const Vec3f out = (end > 0 ? 1.0f : -1.0f) * ahead;
+    enclosure.portals.push_back({corner, 2 * reach * left, {0, 0, 1.4f * rise}, out, 1});
+    enclosure.within.push_back({out, out.dot(corner)});
     for (const float side : {-reach, reach}) {
       for (const float up : {-4.0f, 1.6f * rise}) {
         enclosure.box.extend(Vec3f(middle.x(), middle.y(), floor + up) + side * left);

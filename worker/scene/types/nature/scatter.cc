@@ -12,6 +12,8 @@ namespace {
 
 constexpr float kShadeOfCrown = 0.85f;
 constexpr float kParentReach_m = 14;  // Litter lies at most this far from its plant.
+// The most tiles that are looked at for the things around other tiles: a second's work.
+constexpr double kMostRingTiles = 1e7;
 
 // Source: "splitmix64", Steele et al., 2014.
 uint64_t Mixed(uint64_t x) {
@@ -62,6 +64,7 @@ Box2f BoxOf(const Tile& tile) {
 }
 
 struct Scatter::Layer {
+  std::string name;
   uint64_t seed;
   float density;  // Candidates per square metre.
   float cell_m;
@@ -74,7 +77,8 @@ struct Scatter::Layer {
   MaskOnGround mask;
 
   Layer(const v1::Terrain& recipe, const v1::ScatterLayer& layer)
-      : seed(layer.seed()),
+      : name(layer.name()),
+        seed(layer.seed()),
         density(CandidateDensity(layer.per_m2(), layer.spacing_m())),
         size_low(static_cast<float>(layer.size_low())),
         size_high(static_cast<float>(layer.size_high())),
@@ -109,6 +113,12 @@ struct Scatter::Layer {
     uint32_t count = 0;
     for (float product = cell.Unit(); product > empty; product *= cell.Unit()) ++count;
     return count;
+  }
+
+  // Candidates that are drawn for a tile, those around it included.
+  double OfTile() const {
+    const double side_m = static_cast<double>(kTile_m) + 2 * static_cast<double>(spread_m());
+    return static_cast<double>(density) * side_m * side_m;
   }
 
   // How far it reaches out for others, and others are reached by it.
@@ -277,22 +287,50 @@ std::vector<Standing> Scatter::PlaceTile(size_t index, const Tile& tile,
   return kept;
 }
 
-std::vector<std::vector<Standing>> Scatter::Place(const std::vector<TileSet>& tiles) const {
-  // Later layers ask for earlier ones' things around their tiles.
-  std::vector<TileSet> asked = tiles;
+absl::StatusOr<std::vector<TileSet>> Scatter::WithRings(std::vector<TileSet> tiles) const {
+  double visited = 0;
   for (size_t layer = layers_.size(); layer-- > 0;) {
     for (size_t earlier = 0; earlier < layer; ++earlier) {
       const float reach_m = layers_[earlier].influence_m();
       if (reach_m <= 0) continue;
       const auto ring =
           static_cast<int32_t>(std::ceil((reach_m + layers_[layer].spread_m()) / kTile_m));
-      for (const auto& [y, x] : asked[layer]) {
+      visited += static_cast<double>(tiles[layer].size()) * std::pow(2 * ring + 1, 2);
+      if (visited > kMostRingTiles) {
+        return OutOfRange(
+            "terrain: layer \"{}\": things of layer \"{}\" matter to it within {} m; with all "
+            "layers {:.0f} million tiles would be looked at, allowed are {:.0f}",
+            layers_[layer].name, layers_[earlier].name, reach_m, visited / 1e6,
+            kMostRingTiles / 1e6);
+      }
+      for (const auto& [y, x] : tiles[layer]) {
         for (int32_t dy = -ring; dy <= ring; ++dy) {
-          for (int32_t dx = -ring; dx <= ring; ++dx) asked[earlier].insert({y + dy, x + dx});
+          for (int32_t dx = -ring; dx <= ring; ++dx) tiles[earlier].insert({y + dy, x + dx});
         }
       }
     }
   }
+  return tiles;
+}
+
+absl::Status Scatter::CheckCandidates(const std::vector<TileSet>& tiles) const {
+  double candidates = 0;
+  for (size_t layer = 0; layer < layers_.size(); ++layer) {
+    candidates += layers_[layer].OfTile() * static_cast<double>(tiles[layer].size());
+    if (candidates <= kMostCandidates) continue;
+    return OutOfRange(
+        "terrain: layer \"{}\": {:.1f} candidates a square metre on {} tiles of {} m make {:.1f} "
+        "million with the layers before it, allowed are {:.0f}",
+        layers_[layer].name, layers_[layer].density, tiles[layer].size(), kTile_m, candidates / 1e6,
+        kMostCandidates / 1e6);
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<std::vector<Standing>>> Scatter::Place(
+    const std::vector<TileSet>& tiles) const {
+  ASSIGN_OR_RETURN(const std::vector<TileSet> asked, WithRings(tiles));
+  RETURN_IF_ERROR(CheckCandidates(asked));
   std::vector<Tiles> placed(layers_.size());
   std::vector<std::vector<Standing>> all(layers_.size());
   for (size_t layer = 0; layer < layers_.size(); ++layer) {

@@ -10,9 +10,11 @@
 #include <array>
 #include <cstdint>
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "common/base/status.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/scene/types/nature/masks.h"
 #include "worker/terrain/terrain.h"
@@ -44,6 +46,10 @@ inline constexpr float kTile_m = 16;
 Tile TileAt(const Vec2f& p);
 Box2f BoxOf(const Tile& tile);
 
+// The most candidates of all layers of a recipe together. Dense meadows seen from fifty walks have
+// half of them.
+inline constexpr double kMostCandidates = 15e6;
+
 // Evaluates all layers of one recipe.
 class Scatter {
  public:
@@ -52,14 +58,18 @@ class Scatter {
   ~Scatter();
 
   // Returns for each layer all objects on its tiles, tile by tile. `tiles` has one set for each
-  // layer.
-  std::vector<std::vector<Standing>> Place(const std::vector<TileSet>& tiles) const;
+  // layer. Errors: kOutOfRange, before anything is placed, for more than kMostCandidates and for
+  // layers that influence each other over too large a part of the land.
+  absl::StatusOr<std::vector<std::vector<Standing>>> Place(const std::vector<TileSet>& tiles) const;
 
  private:
   struct Layer;
   struct Influence;
   using Tiles = std::vector<std::pair<Tile, std::vector<Standing>>>;  // In order of tiles.
 
+  // Adds to each layer's tiles those around the tiles of later layers, which ask for its things.
+  absl::StatusOr<std::vector<TileSet>> WithRings(std::vector<TileSet> tiles) const;
+  absl::Status CheckCandidates(const std::vector<TileSet>& tiles) const;
   std::vector<Standing> Candidates(const Layer& layer, const Box2f& area) const;
   Influence InfluenceOn(size_t layer, const Tile& tile, const std::vector<Tiles>& placed) const;
   bool Lives(const Layer& layer, const Standing& thing, const Influence& influence) const;

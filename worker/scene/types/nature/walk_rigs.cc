@@ -12,6 +12,7 @@
 #include "common/math/stereo.h"
 #include "worker/scene/rigs/walk.h"
 #include "worker/scene/types/nature/arena.h"
+#include "worker/scene/types/nature/land_materials.h"
 #include "worker/scene/types/nature/masks.h"
 #include "worker/scene/types/nature/nature.h"
 #include "worker/scene/types/nature/recipe.h"
@@ -19,11 +20,15 @@
 namespace parallax {
 namespace {
 
-constexpr int kArenas = 5;         // Parts of the land in which walks are looked for.
-constexpr int kWalkTries = 160;    // In each.
-constexpr size_t kEnough = 7;      // Walks to choose the best from, for each that is wanted.
-constexpr double kAround_m = 380;  // The site's ground is at its finest there.
-constexpr float kNearby_m = 1.5f;
+constexpr int kArenas = 5;          // Parts of the land in which walks are looked for.
+constexpr size_t kWalkTries = 160;  // In each, for each walk that is wanted.
+constexpr size_t kEnough = 7;       // Walks to choose the best from, for each that is wanted.
+constexpr double kAround_m = 380;   // The site's ground is at its finest there.
+// Walks are put up so often, with others for those that prove blocked.
+constexpr int kRounds = 3, kRoundsOfSeveral = 6;
+// The way is tested on what stands this near, or this much farther away than it must be.
+constexpr float kNearby_m = 1.5f, kBeyond_m = 0.65f;
+constexpr double kRoom_m = 0.01;  // Plants leave so much more than the walk must have.
 constexpr float kShoreLeast_m = 3, kShoreMost_m = 22;
 constexpr float kDryFeet_m = 0.12f;  // Above the water's level.
 constexpr uint32_t kWaterBody = 1;   // MakeArena.
@@ -44,15 +49,17 @@ class WalkRigs {
         land_(*scene.recipe.mutable_place()->mutable_terrain()),
         root_(scene.seed, "dress/rigs"),
         baselines_(scene.seed, "dress/rig"),
-        walks_(std::clamp(config.nature().walk().walks(), 1, config.rigs().count())) {}
+        walks_(std::clamp(config.nature().walk().walks(), 1, config.rigs().count())),
+        frames_((config.rigs().count() + walks_ - 1) / walks_),
+        wanted_(static_cast<size_t>((config.rigs().count() + frames_ - 1) / frames_)) {}
 
   // Leaves the recipe without rigs, and says why, where no walk is found.
   absl::Status Place(const CancelToken& cancel, std::string& why_not) {
     ASSIGN_OR_RETURN(const std::shared_ptr<const Terrain> terrain, TerrainOf(land_));
-    const int frames = (config_.rigs().count() + walks_ - 1) / walks_;
     const RigCamera camera =
         DrawRigCamera(config_.rigs(), root_.Child("fov", 0).Uniform(), root_.Child("camera", 0));
-    WalkFinder finder(config_, frames);
+    WalkFinder finder(config_, frames_);
+    AskForRoom(finder);
     const auto roof = RoofOf(land_, *terrain, kCoarseRoof_m);
     for (int arena = 0; arena < kArenas; ++arena) {
       const Rng rng = root_.Child("arena", static_cast<uint64_t>(arena));
@@ -67,9 +74,9 @@ class WalkRigs {
         land.water_body = kWaterBody;
       }
       std::vector<Walk> found;
-      for (int i = 0; i < kWalkTries && found.size() < kEnough * static_cast<size_t>(walks_); ++i) {
+      for (size_t i = 0; i < kWalkTries * wanted_ && found.size() < kEnough * wanted_; ++i) {
         if (cancel.cancelled()) return Cancelled("solve: cancelled");
-        auto walk = finder.Try(land, rng.Child("try", static_cast<uint64_t>(i)), camera);
+        auto walk = finder.Try(land, rng.Child("try", i), camera);
         if (!walk || !Inside(*walk, roof.get()) || !SeesWall(*walk, terrain->spec())) continue;
         found.push_back(*std::move(walk));
       }
@@ -78,11 +85,28 @@ class WalkRigs {
       ASSIGN_OR_RETURN(const bool taken, Take(found, finder));
       if (taken) return absl::OkStatus();
     }
-    why_not = fmt::format("walk: none of {} places has one: {}", kArenas, finder.Reasons());
+    why_not = Reason(finder);
     return absl::OkStatus();
   }
 
  private:
+  // Makes plants leave as much room as the walk must have, where that is more than they leave
+  // anyway.
+  void AskForRoom(const WalkFinder& finder) {
+    const double room_m = config_.nature().walk().clearance_m() + kRoom_m;
+    if (room_m <= static_cast<double>(kLeastTube_m)) return;
+    land_.set_clearance_m(room_m);
+    land_.set_clearance_baseline_m(static_cast<double>(finder.reach_m()));
+  }
+
+  std::string Reason(const WalkFinder& finder) const {
+    std::string reason = fmt::format("walk: {} of {} walks found in the best of {} places: {}",
+                                     best_, wanted_, kArenas, finder.Reasons());
+    if (blocked_ > 0) reason += fmt::format(", {} blocked by what is rendered", blocked_);
+    if (!too_much_.empty()) reason += "; " + too_much_;
+    return reason;
+  }
+
   // Whether feet, half a step around too, are in water or where the last wave ran.
   static bool IsWet(const Terrain& terrain, const Vec2f& p) {
     for (const Vec2f& step :
@@ -167,20 +191,44 @@ class WalkRigs {
     return true;
   }
 
-  // The best of those found whose way is clear on what is rendered, too.
+  // Takes the best of those found whose way is clear on what is rendered, too. Walks that prove
+  // blocked there give way to the next best.
   absl::StatusOr<bool> Take(const std::vector<Walk>& found, const WalkFinder& finder) {
-    const auto wanted = static_cast<size_t>(walks_);
-    for (size_t first = 0; first + wanted <= found.size() && first < 3; ++first) {
-      recipe_.clear_rigs();
-      for (size_t k = 0; k < wanted; ++k) AddRigs(found[first + k], static_cast<uint32_t>(k) + 1);
-      ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land_, recipe_.rigs()));
-      ASSIGN_OR_RETURN(const auto nearby, MakeNearby(land_, *expansion, recipe_.rigs(), kNearby_m));
-      bool clear = true;
-      for (size_t k = 0; clear && k < wanted; ++k) clear = finder.Clear(*nearby, found[first + k]);
-      if (clear) return true;
+    std::vector<const Walk*> chosen;
+    auto next = found.begin();
+    for (int round = 0; round < (wanted_ > 1 ? kRoundsOfSeveral : kRounds); ++round) {
+      best_ = std::max(best_, chosen.size());
+      while (chosen.size() < wanted_ && next != found.end()) chosen.push_back(&*next++);
+      if (chosen.size() < wanted_) break;
+      ASSIGN_OR_RETURN(const bool fits, LeaveClear(finder, chosen));
+      if (!fits) break;
+      if (chosen.size() == wanted_) return true;
     }
+    best_ = std::max(best_, chosen.size());
     recipe_.clear_rigs();
     return false;
+  }
+
+  // Puts up the rigs of walks and leaves those whose way is clear on what the rules make for them.
+  // Returns false, and notes why, where that is too much.
+  absl::StatusOr<bool> LeaveClear(const WalkFinder& finder, std::vector<const Walk*>& chosen) {
+    recipe_.clear_rigs();
+    for (size_t k = 0; k < chosen.size(); ++k) AddRigs(*chosen[k], static_cast<uint32_t>(k) + 1);
+    const auto expansion = ExpandTerrain(land_, recipe_.rigs());
+    const absl::Status fits =
+        expansion.ok() ? CheckIndices(recipe_, **expansion) : expansion.status();
+    if (fits.code() == absl::StatusCode::kOutOfRange) {
+      too_much_ = std::string(ToStd(fits.message()));
+      return false;
+    }
+    RETURN_IF_ERROR(fits);
+    const float within_m =
+        std::max(kNearby_m, static_cast<float>(config_.nature().walk().clearance_m()) + kBeyond_m);
+    ASSIGN_OR_RETURN(const auto nearby,
+                     MakeNearby(land_, **expansion, recipe_.rigs(), within_m, finder.reach_m()));
+    blocked_ +=
+        std::erase_if(chosen, [&](const Walk* walk) { return !finder.Clear(*nearby, *walk); });
+    return true;
   }
 
   void AddRigs(const Walk& walk, uint32_t path) {
@@ -210,7 +258,12 @@ class WalkRigs {
   v1::Scene& recipe_;
   v1::Terrain& land_;
   const Rng root_, baselines_;
-  const int walks_;
+  const int walks_, frames_;  // As the config says; frames of each walk.
+  const size_t wanted_;       // Walks that all frames need.
+  // Why a seed is rejected: the most walks that one place has, those that are blocked by what is
+  // rendered, and the error of a place where too much would stand.
+  size_t best_ = 0, blocked_ = 0;
+  std::string too_much_;
 };
 
 }  // namespace

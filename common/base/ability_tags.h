@@ -1,0 +1,17 @@
+// Tags by which workers tell by themselves what they can do, and by which jobs ask for it. They
+// have a colon, which no tag of an operator or a study has.
+#pragma once
+
+#include <string>
+
+namespace parallax {
+
+// The worker may run this trainer: it is installed there and allowed.
+inline std::string TrainerTag(const std::string& trainer) { return "trainer:" + trainer; }
+// The worker has the files of this benchmark.
+inline std::string BenchmarkTag(const std::string& benchmark) { return "benchmark:" + benchmark; }
+
+// The benchmark that is installed with the programs, so that no job asks for it.
+inline constexpr char kShippedBenchmark[] = "shipped";
+
+}  // namespace parallax

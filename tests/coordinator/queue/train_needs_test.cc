@@ -1,0 +1,84 @@
+// Which workers get a training or an evaluation: those with what it needs.
+#include "train_fixture.h"
+
+namespace parallax {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+using TrainNeedsTest = TrainQueueTest;
+
+TEST_F(TrainNeedsTest, OnlyAWorkerWithWhatATrainingNeedsGetsIt) {
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  v1::JobNeeds& needs = *request.mutable_study()->mutable_train()->mutable_needs();
+  needs.set_gpus(1);
+  needs.set_memory_mb(4000);
+  needs.add_tags("fast");
+  SubmitRequest(request);
+  MakePairs();
+  WorkerFacts worker = Trainer("t");
+  worker.memory_mb = 4000;
+  worker.tags = {"fast", "trainer:builtin"};
+  EXPECT_THAT(Lease(worker, 1), IsEmpty()) << "without a GPU";
+  worker.tags = {"gpu", "trainer:builtin"};
+  EXPECT_THAT(Lease(worker, 1), IsEmpty());
+  worker.tags = {"fast", "gpu"};
+  EXPECT_THAT(Lease(worker, 1), IsEmpty()) << "without the trainer";
+  worker.tags = {"fast", "gpu", "trainer:builtin"};
+  worker.memory_mb = 3999;
+  EXPECT_THAT(Lease(worker, 1), IsEmpty());
+  worker.memory_mb = 4000;
+  EXPECT_THAT(Lease(worker, 1), SizeIs(1));
+}
+
+// A worker with the wanted trainer and benchmarks tells so by its tags.
+TEST_F(TrainNeedsTest, AnEvaluationGoesToAWorkerThatHasItsTrainerAndBenchmark) {
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  v1::EvaluateSpec& evaluate = *request.mutable_study()->mutable_evaluate();
+  for (const char* name : {"eth3d", "shipped"}) evaluate.add_benchmarks(name);
+  evaluate.add_baselines("sgbm");
+  SubmitRequest(request);
+  MakePairs();
+  TrainAll();
+  WorkerFacts worker = Evaluator("e");
+  const auto labels_with = [&](std::vector<std::string> tags) {
+    worker.tags = std::move(tags);
+    std::vector<std::string> labels;
+    for (const v1::Lease& lease : Lease(worker, 9)) {
+      labels.push_back(lease.label());
+      Complete(EvaluateAnswer(lease, "e"));
+    }
+    return labels;
+  };
+  EXPECT_THAT(labels_with({"trainer:another"}), ElementsAre("sgbm on shipped"));
+  EXPECT_THAT(labels_with({"benchmark:eth3d"}), ElementsAre("sgbm on eth3d"));
+  EXPECT_THAT(labels_with({"trainer:builtin"}), ElementsAre("wide, seed 0 on shipped"));
+  EXPECT_THAT(labels_with({"benchmark:eth3d", "trainer:builtin"}),
+              ElementsAre("wide, seed 0 on eth3d"));
+}
+
+TEST_F(TrainNeedsTest, ManyJobsThatAWorkerCannotDoHideNoneThatItCan) {
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  request.mutable_study()->mutable_train()->set_seeds(20);
+  v1::EvaluateSpec& evaluate = *request.mutable_study()->mutable_evaluate();
+  evaluate.add_benchmarks("eth3d");
+  evaluate.add_benchmarks("shipped");
+  const StudyId study = SubmitRequest(request);
+  MakePairs();
+  TrainAll();
+  WorkerFacts worker = Evaluator("e");
+  worker.tags = {"trainer:builtin"};
+  int leased = 0;
+  for (const v1::Lease& lease : Lease(worker, 50)) {
+    EXPECT_THAT(lease.label(), HasSubstr("on shipped"));
+    ++leased;
+  }
+  EXPECT_EQ(leased, 20);
+  EXPECT_THAT(States(study, "evaluate"), SizeIs(40));
+}
+
+}  // namespace
+}  // namespace parallax

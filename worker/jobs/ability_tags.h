@@ -1,0 +1,14 @@
+// The tags by which a worker tells the coordinator which trainers and benchmarks it has.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "worker/jobs/job_options.h"
+
+namespace parallax {
+
+// Returns a tag for each allowed trainer and for each benchmark in the worker's folder.
+std::vector<std::string> AbilityTagsOf(const JobOptions& options);
+
+}  // namespace parallax

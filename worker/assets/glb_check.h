@@ -2,9 +2,7 @@
 // ranges and indices. Thread-safe.
 #pragma once
 
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include "common/base/status.h"
 
@@ -16,9 +14,5 @@ namespace parallax {
 // what is wrong and what is wanted, without the file's name.   Source: Khronos, "glTF 2.0
 // specification", chapters 3 and 4.
 absl::Status CheckGlb(std::string_view bytes);
-
-// Returns the names of pictures that lie beside the file, as its JSON has them. Empty for a file
-// that is none: CheckGlb says what is wrong with it.
-std::vector<std::string> PicturesBesideGlb(const std::string& path);
 
 }  // namespace parallax

@@ -12,7 +12,7 @@
 
 #include "common/base/hash.h"
 #include "common/base/names.h"
-#include "worker/assets/glb_check.h"
+#include "worker/assets/glb_chunks.h"
 #include "worker/materials/picture_folder.h"
 #include "worker/materials/texture_sets.h"
 

@@ -53,7 +53,7 @@ Json RawJson(const v1::RawCamera& given) {
 
 // The motion of a rig on its path, in the frame of its left eye: from the frame before to the one
 // after, as far as there are any.
-void AddMotion(const v1::Scene& scene, const v1::Rig& rig, const RigPlace& place, Json* sequence) {
+Json MotionJson(const v1::Scene& scene, const v1::Rig& rig, const RigPlace& place) {
   const v1::Rig& from = place.previous < 0 ? rig : scene.rigs(place.previous);
   const v1::Rig& to = place.next < 0 ? rig : scene.rigs(place.next);
   const double passes_s = to.time_s() - from.time_s();
@@ -66,8 +66,8 @@ void AddMotion(const v1::Scene& scene, const v1::Rig& rig, const RigPlace& place
     velocity = left_from_world * (after.translation - before.translation) / passes_s;
     turn = left_from_world * turned.axis() * (turned.angle() / passes_s);
   }
-  (*sequence)["velocity_m_s"] = {velocity.x(), velocity.y(), velocity.z()};
-  (*sequence)["turn_rad_s"] = {turn.x(), turn.y(), turn.z()};
+  return {{"velocity_m_s", {velocity.x(), velocity.y(), velocity.z()}},
+          {"turn_rad_s", {turn.x(), turn.y(), turn.z()}}};
 }
 
 // Adds facts on the other frames of the scene: whose left eye it has, which way it belongs to,
@@ -88,7 +88,7 @@ void AddNeighbours(const v1::Scene& scene, const v1::Rig& rig, Json* json) {
                            {"time_s", rig.time_s()},
                            {"previous", number(place.previous)},
                            {"next", number(place.next)}};
-    AddMotion(scene, rig, place, &(*json)["sequence"]);
+    (*json)["motion"] = MotionJson(scene, rig, place);
     break;
   }
   if (!HasMotion(scene)) return;

@@ -82,10 +82,9 @@ absl::StatusOr<PairFacts> FactsOfFrame(const Json& json) {
     facts.left.cx_px = k.at("cx").get<double>();
     facts.left.cy_px = k.at("cy").get<double>();
     if (!json.contains("sequence")) return facts;
-    const Json& sequence = json.at("sequence");
-    facts.frame.path = sequence.at("path").get<uint32_t>();
-    facts.left.velocity_m_s = VectorOf(sequence.at("velocity_m_s"));
-    facts.left.turn_rad_s = VectorOf(sequence.at("turn_rad_s"));
+    facts.frame.path = json.at("sequence").at("path").get<uint32_t>();
+    facts.left.velocity_m_s = VectorOf(json.at("motion").at("velocity_m_s"));
+    facts.left.turn_rad_s = VectorOf(json.at("motion").at("turn_rad_s"));
   } catch (const Json::exception& error) {
     return DataLoss("frame.json: {}", error.what());
   }

@@ -138,10 +138,35 @@ class FlowChecker {
         Find("frame.json", "sequence is " + seen.dump() + ", the recipe says " + wanted.dump());
       }
     }
+    // Frames before version 26 have none.
+    if (json.contains("motion")) CheckMotion(json["motion"]);
     const Json moving = json.value("moving", Json::object());
     for (const v1::SceneObject& object : recipe_.objects()) {
       if (object.has_motion()) CheckPlace(object, moving);
     }
+  }
+
+  // Moved and turned as `motion` says, the rig comes from the frame before to the one after.
+  void CheckMotion(const Json& motion) {
+    const v1::Rig& from = previous_ ? *previous_ : *rig_;
+    const v1::Rig& to = next_ ? *next_ : *rig_;
+    const double passes_s = to.time_s() - from.time_s();
+    Eigen::Vector3d moved, turned;
+    for (int i = 0; i < 3; ++i) {
+      const auto at = static_cast<size_t>(i);
+      moved[i] = passes_s * motion.at("velocity_m_s").at(at).get<double>();
+      turned[i] = passes_s * motion.at("turn_rad_s").at(at).get<double>();
+    }
+    const Eigen::Matrix3d axes = PoseOf(rig_->world_from_left()).linear();
+    Eigen::Isometry3d reached = PoseOf(from.world_from_left());
+    reached.translation() += axes * moved;
+    if (turned.norm() > 0) {
+      reached.linear() =
+          Eigen::AngleAxisd(turned.norm(), axes * turned.normalized()) * reached.linear();
+    }
+    const Eigen::Isometry3d wanted = PoseOf(to.world_from_left());
+    if ((reached.matrix() - wanted.matrix()).cwiseAbs().maxCoeff() <= kPoseTolerance) return;
+    Find("frame.json", "motion is " + motion.dump() + ", not that of the recipe's poses");
   }
 
   void CheckPlace(const v1::SceneObject& object, const Json& moving) {

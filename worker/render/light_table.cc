@@ -11,8 +11,8 @@ Mask8 Contains(const Box3f& box, const Vec3x8& p) {
          (p.z <= high.z);
 }
 
-// Whether skylight passes through the opening somewhere. A closed door's is not worth samples. Hills
-// and trees may stand before an opening, so that rays that rise count as well.
+// Whether skylight passes through the opening somewhere. A closed door's is not worth samples.
+// Hills and trees may stand before an opening, so that rays that rise count as well.
 bool IsOpen(const SkyPortal& way, const RenderScene& geometry) {
   constexpr int kProbes = 8;
   constexpr float kRises[] = {0.0f, 0.35f, 1.0f};  // Up against out.

@@ -32,15 +32,15 @@ struct SensorDraw {
 // that share a left eye as well.
 struct SensorFrame {
   SceneSeed seed;
-  uint32_t rig = 0;       // The first that has its left eye.
-  uint32_t path = 0;      // 0: none.
+  uint32_t rig = 0;   // The first that has its left eye.
+  uint32_t path = 0;  // 0: none.
 };
 
 // Returns whether the config asks for other pictures than the rendered ones.
 bool SensorIsOn(const v1::SensorConfig& config);
 
-// Draws the numbers for a frame. Each number has a random address of its own: configs that differ in
-// one field get the same numbers in all others. Requires a config with all fields set.
+// Draws the numbers for a frame. Each number has a random address of its own: configs that differ
+// in one field get the same numbers in all others. Requires a config with all fields set.
 SensorDraw DrawSensor(const v1::SensorConfig& config, const SensorFrame& frame);
 
 }  // namespace parallax

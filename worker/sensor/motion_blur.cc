@@ -36,16 +36,16 @@ class Shifts {
 
   double longest_px() const { return longest_px_; }
 
-  // The picture's coordinates of the point that is seen at (x, y) when the share `t` of the exposure
-  // has passed since its middle. Two points are tried: one that moves as what is at (x, y), and one
-  // that moves as the nearest around does.
+  // The picture's coordinates of the point that is seen at (x, y) when the share `t` of the
+  // exposure has passed since its middle. Two points are tried: one that moves as what is at (x,
+  // y), and one that moves as the nearest around does.
   Vec2d Seen(int x, int y, double t) const {
     const double near = double{nearest_.at<float>(y, x)};
     const Candidate own = Follow(x, y, t, Own(x, y));
     if (near <= 0) return own.place;
     const Candidate other = Follow(x, y, t, At(x, y, 1 / near));
-    const bool over = other.off_px < kFound_px &&
-                      (own.off_px >= kFound_px || IsNearer(other.place, own.place));
+    const bool over =
+        other.off_px < kFound_px && (own.off_px >= kFound_px || IsNearer(other.place, own.place));
     return over ? other.place : own.place;
   }
 

@@ -1,6 +1,6 @@
 // The picture that a camera takes of a rendered view, with the steps in physical order: exposure,
-// motion, lens (defocus, point spread, vignetting), pixels (mosaic, photon and read noise), and in-camera
-// processing (demosaicing, white balance, tone curve, JPEG).
+// motion, lens (defocus, point spread, vignetting), pixels (mosaic, photon and read noise), and
+// in-camera processing (demosaicing, white balance, tone curve, JPEG).
 #pragma once
 
 #include <cstdint>

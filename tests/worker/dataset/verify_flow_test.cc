@@ -100,6 +100,18 @@ TEST_F(VerifyFlowTest, OcclusionThatTheNeighbourDoesNotShowIsFound) {
   EXPECT_THAT(Messages(), Contains(HasSubstr("(3, 4): 7, wanted 0, 128 or 255")));
 }
 
+TEST_F(VerifyFlowTest, AMotionThatIsNotThatOfThePosesIsFound) {
+  for (const char* field : {"velocity_m_s", "turn_rad_s"}) {
+    Json json = Json::parse(*ReadFile(frame_ + "/frame.json"));
+    const std::string whole = json.dump();
+    json["motion"][field][1] = json["motion"][field][1].get<double>() + 1e-3;
+    Forge("frame.json", json.dump());
+    EXPECT_THAT(Messages(), Contains(HasSubstr("not that of the recipe's poses"))) << field;
+    Forge("frame.json", whole);
+  }
+  EXPECT_THAT(Messages(), IsEmpty());
+}
+
 TEST_F(VerifyFlowTest, ARecipeWhoseThingsMoveOtherwiseIsFound) {
   const std::string path = dir_ + "/a/scenes/000000.pb";
   v1::Scene scene;

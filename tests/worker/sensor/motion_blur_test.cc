@@ -36,7 +36,8 @@ TEST(MotionBlur, ShiftsAreThoseOfPointsProjectedFromAMovedEye) {
     for (const Vec2d at : {Vec2d(10, 50), Vec2d(64, 32), Vec2d(120, 5)}) {
       const Vec3d point =
           depth * Vec3d((at.x() - m.cx_px) / m.fx_px, (at.y() - m.cy_px) / m.fy_px, 1);
-      const Vec2d moved = SeenAfter(m, point, m.exposure_s / 2) - SeenAfter(m, point, -m.exposure_s / 2);
+      const Vec2d moved =
+          SeenAfter(m, point, m.exposure_s / 2) - SeenAfter(m, point, -m.exposure_s / 2);
       const Vec2d told = ImageShift(m, at.x(), at.y(), depth < 1e6 ? depth : 0);
       EXPECT_NEAR(told.x(), moved.x(), 0.01 + 0.01 * moved.norm()) << depth;
       EXPECT_NEAR(told.y(), moved.y(), 0.01 + 0.01 * moved.norm()) << depth;

@@ -32,7 +32,9 @@ constexpr char kStudy[] =
     "      render:\n"
     "        profile: preview\n"
     "        samples_per_pixel: 1\n"
-    "        maps: [depth, disparity, occlusion, objects, flow]\n";
+    "        keep_hdr: true\n"
+    "        maps: [depth, disparity, occlusion, objects, flow]\n"
+    "      sensor: {preset: ideal, exposure_ms: 50}\n";
 
 TEST(SequencesRun, MakesFlowThatVerifyAcceptsAndTrainersRead) {
   std::string dir = fs::temp_directory_path() / "parallax_ways_XXXXXX";
@@ -51,6 +53,7 @@ TEST(SequencesRun, MakesFlowThatVerifyAcceptsAndTrainersRead) {
   EXPECT_EQ(second["left_rig"], 2);
   EXPECT_EQ(second["baseline_m"], 0.2);
   EXPECT_EQ(second["sequence"]["previous"], 1);
+  EXPECT_EQ(second["sensor"]["exposure_ms"], 50.0);
   EXPECT_GE(second["moving"].size(), 1u);
 
   Process verify({PARALLAX_BINARY, "verify", out});

@@ -19,7 +19,7 @@ constexpr double kFound_px = 0.75;
 class Shifts {
  public:
   Shifts(const EyeMotion& motion, const ImageF& depth_m)
-      : motion_(motion), depth_m_(depth_m), own_(depth_m.width(), depth_m.height(), CV_32FC2) {
+      : motion_(motion), depth_m_(depth_m), own_(depth_m.height(), depth_m.width(), CV_32FC2) {
     cv::Mat nearness(own_.size(), CV_32F);
     for (int y = 0; y < own_.rows; ++y) {
       for (int x = 0; x < own_.cols; ++x) {

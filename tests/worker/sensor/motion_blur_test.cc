@@ -83,6 +83,30 @@ TEST(MotionBlur, NearThingsSmearOverTheFarOnesThatStaySharp) {
   for (int x = 8; x < 40; ++x) EXPECT_NEAR(light(x, 30, 1), sharp(x, 30, 1), 0.15f) << x;
 }
 
+TEST(MotionBlur, EachPixelMovesByItsOwnDepth) {
+  EyeMotion m = Eye();
+  m.velocity_m_s = {5, 0, 0};  // 10 px at 1 m, 0.1 px at 100 m.
+  ImageF3 light(kWidth, kHeight);
+  ImageF depth(kWidth, kHeight);
+  const auto is_near = [](int x, int y) { return x < 64 && y < 32; };
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      depth(x, y) = is_near(x, y) ? 1.0f : 100.0f;
+      light(x, y, 0) = x % 64 >= 32 ? 1.0f : 0.0f;  // Edges at 32 and 96.
+    }
+  }
+  BlurByMotion(m, depth, light);
+  for (const int y : {5, 25, 40, 60}) {
+    for (const int edge : {32, 96}) {
+      const double reach = is_near(edge, y) ? 10 : 0.1;
+      for (int x = edge - 12; x < edge + 12; ++x) {
+        EXPECT_NEAR(light(x, y, 0), std::clamp((x + 0.5 - edge) / reach + 0.5, 0.0, 1.0), 0.08)
+            << x << ", " << y;
+      }
+    }
+  }
+}
+
 TEST(MotionBlur, StillEyesAndShortExposuresChangeNothing) {
   EyeMotion m = Eye();
   EXPECT_TRUE(m.IsStill());

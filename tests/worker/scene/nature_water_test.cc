@@ -218,6 +218,31 @@ TEST(Beaches, SandIsBeigeAsLightAsItWas) {
   EXPECT_GT(palest, 3 * darkest);
 }
 
+// Snow takes no tone of dry or damp earth: it was blue in one place and beige in another.
+TEST(ArcticGround, IsAsWhiteInOnePlaceAsInAnother) {
+  const v1::Scene& scene = SceneOf("arctic");
+  const auto geometry = BuildSceneGeometry(scene).value();
+  const v1::Terrain& land = scene.place().terrain();
+  const auto terrain = TerrainOf(land).value();
+  const auto& ground = geometry.materials[land.ground(0).material_index()];
+  int places = 0;
+  for (int k = 0; k < 4000; ++k) {
+    const Vec2f p(static_cast<float>(k % 63 - 31) * 7.3f, static_cast<float>(k / 63 - 31) * 7.3f);
+    if (terrain->AboveWater(p) < 3) continue;  // Below, waves wet it.
+    const float z = terrain->Height(p, 0.1f);
+    const SurfacePoint point = {.texture_m = {p.x(), p.y(), z},
+                                .normal = Vec3f::UnitZ(),
+                                .footprint_m = 0.5f,
+                                .texture_normal = Vec3f::UnitZ()};
+    const Vec3f color = ground->Evaluate(SurfacePoint8({&point, 1})).base_color.Get(0);
+    if (color.y() < 0.5f) continue;  // The wind has bared gravel.
+    ++places;
+    EXPECT_GT(color.z(), 0.9f * color.x()) << p.transpose();
+    EXPECT_LT(color.z(), 1.3f * color.x()) << p.transpose();
+  }
+  EXPECT_GT(places, 100);
+}
+
 // Shingle is of the stones that the sand was ground from: no black gravel on a pale beach.
 TEST(Beaches, ShingleIsSomewhatDarkerThanItsSand) {
   for (uint64_t seed = 1; seed <= 30; ++seed) {

@@ -34,7 +34,7 @@ absl::Status GrowAroundHouse(const v1::Scene& scene, SceneGeometry& geometry) {
   if (scene.place().house().rooms().empty()) {
     return InvalidArgument("a landscape around a house of no rooms");
   }
-  return GrowLand(scene.place().house().landscape(), ViewsOut(scene), geometry);
+  return GrowLand(scene, scene.place().house().landscape(), ViewsOut(scene), geometry);
 }
 
 std::optional<v1::SceneObject> GrownByHouse(const v1::Scene& scene, uint32_t index) {

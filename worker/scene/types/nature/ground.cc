@@ -24,38 +24,33 @@ std::vector<MaskOnGround> MasksOf(const v1::Terrain& recipe) {
 class GroundMaterial final : public Material {
  public:
   GroundMaterial(const v1::Terrain& recipe, std::shared_ptr<const Terrain> terrain,
-                 std::vector<std::shared_ptr<const Material>> materials)
+                 std::vector<GroundCover> covers)
       : terrain_(std::move(terrain)),
-        materials_(std::move(materials)),
+        covers_(std::move(covers)),
         masks_(MasksOf(recipe)),
         seed_(static_cast<uint32_t>(recipe.seed()) * 2654435761u + 17u),
-        wind_(WindOf(recipe)) {
-    for (int i = 0; i < recipe.ground_size(); ++i) {
-      if (recipe.ground(i).mask().snow_m().low() > 0) snow_rule_ = static_cast<size_t>(i);
-    }
-  }
+        wind_(WindOf(recipe)) {}
 
   SurfaceSample8 Evaluate(const SurfacePoint8& points) const override {
     const std::vector<Float8> cover = CoversAt(points);
     const SurfacePoint8 in_wind = InWind(points);
-    SurfaceSample8 sum = materials_[0]->Evaluate(in_wind);
-    for (size_t i = 1; i < materials_.size(); ++i) {
+    SurfaceSample8 sum = covers_[0].material->Evaluate(in_wind);
+    Float8 frozen = Splat(covers_[0].frozen ? 1 : 0);
+    for (size_t i = 1; i < covers_.size(); ++i) {
       if (!Any(cover[i] > 0)) continue;
-      const SurfaceSample8 over = materials_[i]->Evaluate(in_wind);
+      const SurfaceSample8 over = covers_[i].material->Evaluate(in_wind);
       sum.base_color = Mix(sum.base_color, over.base_color, cover[i]);
       sum.roughness += (over.roughness - sum.roughness) * cover[i];
       sum.specular += (over.specular - sum.specular) * cover[i];
       sum.sheen += (over.sheen - sum.sheen) * cover[i];
+      frozen += ((covers_[i].frozen ? 1.0f : 0.0f) - frozen) * cover[i];
     }
     const Float8 rock = cover.back();
     Vec3x8 tone = Tone(points);
     if (Any(rock > 0)) tone = tone * (1.0f + rock * (RockTone(points) - 1.0f));
-    if (snow_rule_ > 0) {
-      // Snow is white all over.
-      const Float8 snow = cover[snow_rule_] * (1.0f - rock);
-      tone = Mix(tone, Vec3x8::All(Splat(1)), snow);
-    }
-    sum.base_color = Albedo(sum.base_color * tone);
+    // Snow is white all over: with the tone of dry and damp earth it would be beige here, blue
+    // there.
+    sum.base_color = Albedo(sum.base_color * Mix(tone, Vec3x8::All(Splat(1)), frozen));
     if (terrain_->water() != nullptr) Moisten(points, sum);
     sum.transmission = Splat(0);
     sum.opacity = Splat(1);
@@ -66,10 +61,10 @@ class GroundMaterial final : public Material {
   Float8 Height(const SurfacePoint8& points) const override {
     const std::vector<Float8> cover = CoversAt(points);
     const SurfacePoint8 in_wind = InWind(points);
-    Float8 height = materials_[0]->Height(in_wind);
-    for (size_t i = 1; i < materials_.size(); ++i) {
+    Float8 height = covers_[0].material->Height(in_wind);
+    for (size_t i = 1; i < covers_.size(); ++i) {
       if (!Any(cover[i] > 0)) continue;
-      height += (materials_[i]->Height(in_wind) - height) * cover[i];
+      height += (covers_[i].material->Height(in_wind) - height) * cover[i];
     }
     return height + cover.back() * Ledges(points.texture_m, points.footprint_m);
   }
@@ -80,10 +75,10 @@ class GroundMaterial final : public Material {
     const SurfacePoint8 in_wind = InWind(points);
     Tangents8 along = tangents;
     for (Vec3x8& way : along.texture) way = InWind(way);
-    Dual8 relief = materials_[0]->Relief(in_wind, along);
-    for (size_t i = 1; i < materials_.size(); ++i) {
+    Dual8 relief = covers_[0].material->Relief(in_wind, along);
+    for (size_t i = 1; i < covers_.size(); ++i) {
       if (!Any(cover[i] > 0)) continue;
-      const Dual8 over = materials_[i]->Relief(in_wind, along);
+      const Dual8 over = covers_[i].material->Relief(in_wind, along);
       relief.value += (over.value - relief.value) * cover[i];
       relief.dx += (over.dx - relief.dx) * cover[i];
       relief.dy += (over.dy - relief.dy) * cover[i];
@@ -220,11 +215,10 @@ class GroundMaterial final : public Material {
   }
 
   const std::shared_ptr<const Terrain> terrain_;
-  const std::vector<std::shared_ptr<const Material>> materials_;
+  const std::vector<GroundCover> covers_;
   const std::vector<MaskOnGround> masks_;
   const uint32_t seed_;
-  size_t snow_rule_ = 0;  // The rule that lies where snow is; 0: none does.
-  const Vec2f wind_;      // Unit; along x where no dunes say where it blows to.
+  const Vec2f wind_;  // Unit; along x where no dunes say where it blows to.
 };
 
 }  // namespace
@@ -251,10 +245,10 @@ void AssignGroundSlots(const v1::Terrain& recipe, const Terrain& terrain, Mesh& 
   });
 }
 
-std::shared_ptr<const Material> MakeGroundMaterial(
-    const v1::Terrain& recipe, std::shared_ptr<const Terrain> terrain,
-    std::vector<std::shared_ptr<const Material>> materials) {
-  return std::make_shared<const GroundMaterial>(recipe, std::move(terrain), std::move(materials));
+std::shared_ptr<const Material> MakeGroundMaterial(const v1::Terrain& recipe,
+                                                   std::shared_ptr<const Terrain> terrain,
+                                                   std::vector<GroundCover> covers) {
+  return std::make_shared<const GroundMaterial>(recipe, std::move(terrain), std::move(covers));
 }
 
 }  // namespace parallax

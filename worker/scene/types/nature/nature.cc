@@ -3,7 +3,9 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "common/base/status.h"
@@ -39,10 +41,20 @@ Surroundings LandSurroundings(const v1::Place& place) {
   return around;
 }
 
+// Whether a material of the scene is snow or ice.
+bool IsFrozen(const v1::Scene& scene, uint32_t index) {
+  static constexpr std::array<std::string_view, 3> kFrozen = {"Snow", "PackedSnow", "SeaIce"};
+  const auto is_frozen = [&](const v1::SceneMaterial& material) {
+    return material.index() == index &&
+           std::find(kFrozen.begin(), kFrozen.end(), material.material_class()) != kFrozen.end();
+  };
+  return std::any_of(scene.materials().begin(), scene.materials().end(), is_frozen);
+}
+
 std::string Hex(uint64_t number) { return fmt::format("{:016x}", number); }
 
 absl::Status ExpandLand(const v1::Scene& scene, SceneGeometry& geometry) {
-  return GrowLand(scene.place().terrain(), scene.rigs(), geometry);
+  return GrowLand(scene, scene.place().terrain(), scene.rigs(), geometry);
 }
 
 std::optional<v1::SceneObject> GrownObject(const v1::Scene& scene, uint32_t index) {
@@ -73,7 +85,7 @@ absl::StatusOr<Mesh> GroundPart(const v1::Terrain& land,
   return mesh;
 }
 
-absl::Status GrowLand(const v1::Terrain& land,
+absl::Status GrowLand(const v1::Scene& scene, const v1::Terrain& land,
                       const google::protobuf::RepeatedPtrField<v1::Rig>& views,
                       SceneGeometry& geometry) {
   ASSIGN_OR_RETURN(const auto expansion, ExpandTerrain(land, views));
@@ -83,15 +95,15 @@ absl::Status GrowLand(const v1::Terrain& land,
         "something else",
         Hex(expansion->hash), Hex(land.expansion_hash()));
   }
-  std::vector<std::shared_ptr<const Material>> rules;
+  std::vector<GroundCover> covers;
   for (const v1::GroundRule& rule : land.ground()) {
     const uint32_t index = rule.material_index();
     if (index >= geometry.materials.size() || geometry.materials[index] == nullptr) {
       return InvalidArgument("terrain: a ground rule has missing material {}", index);
     }
-    rules.push_back(geometry.materials[index]);
+    covers.push_back({geometry.materials[index], IsFrozen(scene, index)});
   }
-  const auto blend = MakeGroundMaterial(land, expansion->terrain, rules);
+  const auto blend = MakeGroundMaterial(land, expansion->terrain, std::move(covers));
   for (const v1::GroundRule& rule : land.ground()) {
     geometry.materials[rule.material_index()] = blend;
   }

@@ -29,9 +29,10 @@ SceneDescription DescribeLand(const v1::Scene& scene);
 // it. Its ground's mesh, the slots of which are its rules. Errors: as ExpandTerrain.
 absl::StatusOr<Mesh> GroundPart(const v1::Terrain& land,
                                 const google::protobuf::RepeatedPtrField<v1::Rig>& views);
-// Adds its instances to `geometry`, which has the recipe's materials. Errors: kInternal when the
-// expansion's hash is not the recipe's; kInvalidArgument for missing materials; as ExpandTerrain.
-absl::Status GrowLand(const v1::Terrain& land,
+// Adds the instances of a `land` of the `scene` to `geometry`, which has the scene's materials.
+// Errors: kInternal when the expansion's hash is not the recipe's; kInvalidArgument for missing
+// materials; as ExpandTerrain.
+absl::Status GrowLand(const v1::Scene& scene, const v1::Terrain& land,
                       const google::protobuf::RepeatedPtrField<v1::Rig>& views,
                       SceneGeometry& geometry);
 // SceneType::grown.

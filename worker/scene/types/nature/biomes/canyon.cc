@@ -130,7 +130,7 @@ void WriteCanyon(BiomeDraft& draft) {
   w.AddGround({.slope = {0.5, 99, 0.12}});  // Sand and gravel slide off.
   if (rng.Bernoulli(0.35)) AddFormation(w, "arches", "RockArch", 0.00004);
   if (rng.Bernoulli(0.5)) AddFormation(w, "pillars", "RockPillar", 0.00012);
-  AddRubble(w, rng.Uniform(0.5, 1.1), {.slope = {0, 1.1, 0.2}});
+  AddRubble(w, rng.Uniform(0.5, 1.1), {.slope = kLoose});
   AddCanyonTrees(w, rng);
   AddCanyonBushes(w, rng);
   AddSucculents(w, rng);

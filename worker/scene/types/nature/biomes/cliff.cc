@@ -136,7 +136,7 @@ void WriteCliff(BiomeDraft& draft) {
   w.AddGround({.slope = {0.3, 0.95, 0.15}, .deposit_m = kScree});
   w.AddGround({.slope = {0.82, 99, 0.14}});
   AddFormations(w, rng);
-  AddRubble(w, rng.Uniform(0.7, 1.4), {.slope = {0, 1.1, 0.2}, .deposit_m = {0.2, 1e4, 0.6}});
+  AddRubble(w, rng.Uniform(0.7, 1.4), {.slope = kLoose, .deposit_m = {0.2, 1e4, 0.6}});
   AddStones(w, rng.Uniform(0.003, 0.012), 3,
             {.slope = kWalkable, .patches_m = 30, .cover = 0.4, .soft = 0.15});
   AddCliffTrees(w, rng);

@@ -147,7 +147,7 @@ void WriteStonyDesert(LayerWriter& w, Rng& rng) {
   if (rng.Bernoulli(0.45)) AddFormation(w, "arches", "RockArch", 0.00003, 1.5);
   if (rng.Bernoulli(0.6)) AddFormation(w, "pillars", "RockPillar", 0.00008, 1.9);
   AddCacti(w, rng.Uniform(0.5, 1.4), rng);
-  AddRubble(w, rng.Uniform(0.25, 0.9), {.slope = {0, 1.2, 0.2}});
+  AddRubble(w, rng.Uniform(0.25, 0.9), {.slope = kLoose});
   AddScrub(w, rng.Uniform(0.6, 1.4), rng);
   AddPavement(w, rng.Uniform(5, 9), 0.7);
 }

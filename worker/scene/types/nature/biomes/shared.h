@@ -10,6 +10,8 @@ namespace parallax {
 
 // Slopes (rise over run) of ground for plants and people, and of bare rock.
 inline constexpr MaskSpec::Range kWalkable = {0, 0.6, 0.2}, kSteep = {0.75, 99, 0.2};
+// Slopes on which broken rock stays: up to its angle of repose, 36 degrees.
+inline constexpr MaskSpec::Range kLoose = {0, 0.72, 0.12};
 
 // Adds boulders and pebbles; both numbers are per square metre. `mask`: where boulders lie.
 void AddStones(LayerWriter& w, double boulders, double pebbles, const MaskSpec& mask);

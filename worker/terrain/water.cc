@@ -338,7 +338,9 @@ float Water::Foam(const Vec2f& p, float depth_m) const {
   }
   const Surf surf = SurfAt(at);
   const float broken = surf.strength * SmoothStep(0.45f, 0.85f, surf.crest);
-  const float lace = 0.42f * (1 - SmoothStep(0.25f, 1.5f, depth_m)) *
+  // Waves that lay threads of foam on the shallows come with the wind.
+  const float lace = 0.42f * std::min(1.0f, spec_.wind_mps / 5) *
+                     (1 - SmoothStep(0.25f, 1.5f, depth_m)) *
                      SmoothStep(-0.5f, 0.4f, PlaneNoise({at.u / 17, at.off / 6}, spec_.seed + 31));
   const float edge = 0.9f * (1 - SmoothStep(0.008f, 0.05f, depth_m));
   return std::clamp(std::max({broken, lace, edge}), 0.0f, 1.0f);

@@ -164,8 +164,7 @@ class LandMaterials {
       if (name == "MossyRock" && land_.biome() != "forest") name = "Rock";
       // Stones are of the rock that they broke from.
       if ((name == "Rock" || name == "Sandstone") && land_.biome() != "forest") {
-        const std::string bedrock = FindBiome(land_.biome())->ground(season).back();
-        if (bedrock != "Rock") name = bedrock;
+        name = FindBiome(land_.biome())->ground(season).back();
       }
       const double early = CatalogueClass(prototype) == "Reed" ? 0.85 : 0.35;
       const bool withers =

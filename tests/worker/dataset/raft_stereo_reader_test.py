@@ -1,9 +1,9 @@
-"""RAFT-Stereo's own training reader, unmodified, reads an export: it finds all training pairs, and takes for valid exactly
-the pixels with truth.
+"""RAFT-Stereo's own training reader, unmodified, reads an export: it finds all training pairs, and takes
+for valid exactly the pixels with truth.
 
-raft_stereo_reader_test.py MAKE_EXPORTS PYTHON: $RAFT_STEREO is the folder of https://github.com/princeton-vl/RAFT-Stereo.
-Without it, or without torch in the interpreter that runs this, the test is skipped (exit status 77). PYTHON is not used.
-With torchvision, the reader's augmentation of training runs, too."""
+raft_stereo_reader_test.py MAKE_EXPORTS PYTHON: $RAFT_STEREO is the folder of
+https://github.com/princeton-vl/RAFT-Stereo. Without it, or without torch in the interpreter that runs this, the
+test is skipped (exit status 77). PYTHON is not used. With torchvision, the reader's augmentation runs, too."""
 
 import importlib.util
 import os

@@ -15,6 +15,9 @@ namespace parallax::config_internal {
 namespace {
 
 constexpr int kCropMultiple = 32;  // The embedded trainer's network halves its input five times.
+constexpr int kCropWidth = 384, kCropHeight = 192;  // The embedded trainer's own crop, pixels.
+// Truth, and which of it is sky or the exterior of rooms, on which nothing is trained or scored.
+constexpr const char* kMapsOfTruth[] = {"disparity", "masks"};
 
 std::string ItemOf(const std::string& list, int index) {
   return fmt::format("{}[{}]", list, index);
@@ -37,7 +40,9 @@ class TrainChecker {
     if (findings_->size() > before) return;  // Each value by itself first.
     if (given_.has_train()) CheckTrain();
     if (given_.has_evaluate()) CheckEvaluate();
-    if (findings_->size() == before) CheckNumbers();
+    if (findings_->size() > before) return;
+    CheckNumbers();
+    CheckPictures();
   }
 
  private:
@@ -321,6 +326,56 @@ class TrainChecker {
       Tell("evaluate",
            fmt::format("{} evaluations, allowed are at most {}", evaluations, kMaxEvaluations));
     }
+  }
+
+  // ---- What is rendered for it
+  void CheckPictures() {
+    std::set<std::string> trained, scored;
+    for (const v1::Mixture& set : TrainingSetsOf(study_)) {
+      for (const v1::Mixture::Part& part : set.parts()) trained.insert(part.variant());
+    }
+    if (WantsHeldout(study_)) {
+      const std::string& named = study_.evaluate().heldout_variant();
+      scored.insert(named.empty() && !variants_.empty() ? variants_[0] : named);
+    }
+    for (int i = 0; i < given_.variants_size(); ++i) {
+      const v1::VariantSpec& variant = given_.variants(i);
+      const std::string path = ItemOf("variants", i) + ".config.";
+      const bool is_trained = trained.count(variant.name()) > 0;
+      if (is_trained) CheckSize(variant.config().rigs(), path + "rigs.");
+      if (is_trained || variant.heldout() || scored.count(variant.name()) > 0) {
+        CheckMaps(variant.config(), path + "render.maps");
+      }
+    }
+  }
+
+  // Pictures without a size have the default one, which is checked where defaults are filled in.
+  void CheckSize(const v1::RigConfig& rigs, const std::string& path) {
+    const v1::TrainSpec& train = study_.train();
+    if (train.trainer() != "builtin") return;
+    const auto check = [&](const char* field, bool is_set, int size, int crop) {
+      if (!is_set || size >= crop) return;
+      Tell(path + field,
+           fmt::format("{} px, allowed for the trainer builtin are {} or more, the size of its "
+                       "crops (train.{})",
+                       size, crop, field));
+    };
+    check("width_px", rigs.has_width_px(), rigs.width_px(),
+          train.width_px() > 0 ? train.width_px() : kCropWidth);
+    check("height_px", rigs.has_height_px(), rigs.height_px(),
+          train.height_px() > 0 ? train.height_px() : kCropHeight);
+  }
+
+  void CheckMaps(const v1::SceneConfig& config, const std::string& path) {
+    if (!config.has_render()) return;  // All defaults.
+    const auto& maps = config.render().maps();
+    std::vector<std::string> missing;
+    for (const char* map : kMapsOfTruth) {
+      if (std::find(maps.begin(), maps.end(), map) == maps.end()) missing.push_back(map);
+    }
+    if (missing.empty()) return;
+    Tell(path,
+         fmt::format("without {}, which networks are trained and scored on", JoinNames(missing)));
   }
 
   int64_t PairsOf(const std::string& name) const {

@@ -150,6 +150,9 @@ std::vector<std::string> EmbeddedRun::ArgumentsOf(int worker) const {
   add("--allow-trainers", options_.allow_trainers);
   add("--trainers", options_.trainers_dir);
   add("--benchmarks", options_.benchmarks_dir);
+  // One worker takes the jobs that need the GPU, so that they do not share its memory.
+  std::error_code error;
+  if (worker == 0 && std::filesystem::exists(kGpuDevice, error)) add("--tags", "gpu");
   return arguments;
 }
 

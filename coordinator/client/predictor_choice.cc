@@ -6,8 +6,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "common/base/file.h"
 #include "common/base/hash.h"
 
 namespace parallax::client {
@@ -43,6 +45,39 @@ absl::Status CheckIsCheckpoint(const std::string& path) {
       "{}: no checkpoint of the built-in trainer, wanted a .pt file that it wrote, or sgbm", path);
 }
 
+// Returns what a checkpoint was trained on by the place where it lies: the set of
+// training/<set>/<trainer>/seed-<n>/final.pt, else the name of the file, or of its folder if the
+// file has the name that all trainings give.
+std::string VariantOf(const fs::path& checkpoint) {
+  const std::string stem = checkpoint.stem();
+  if (stem != "final" && stem.rfind("checkpoint-", 0) != 0) return stem;
+  const fs::path folder = checkpoint.parent_path(), trainer = folder.parent_path();
+  const fs::path set = trainer.parent_path();
+  if (set.parent_path().filename() == "training" &&
+      folder.filename().string().rfind("seed-", 0) == 0) {
+    return set.filename();
+  }
+  return folder.filename().empty() ? stem : folder.filename().string();
+}
+
+// Returns the seed in the card that a study or the trainer left beside a checkpoint; 0 without one.
+int64_t SeedOf(const fs::path& checkpoint) {
+  using Json = nlohmann::json;
+  const struct {
+    const char* file;
+    Json::json_pointer place;
+  } cards[] = {{"training.json", Json::json_pointer("/seed")},
+               {"train.json", Json::json_pointer("/settings/seed")}};
+  for (const auto& card : cards) {
+    const absl::StatusOr<std::string> text = ReadFile(checkpoint.parent_path() / card.file);
+    if (!text.ok()) continue;
+    const Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
+    if (!json.is_object() || !json.contains(card.place)) continue;
+    if (json[card.place].is_number_integer()) return json[card.place].get<int64_t>();
+  }
+  return 0;
+}
+
 absl::StatusOr<ChosenPredictor> FromCheckpoint(const PredictorChoice& choice) {
   ChosenPredictor chosen;
   const std::string checkpoint = fs::absolute(choice.what).lexically_normal();
@@ -50,7 +85,8 @@ absl::StatusOr<ChosenPredictor> FromCheckpoint(const PredictorChoice& choice) {
   if (choice.trainer_program.empty()) RETURN_IF_ERROR(CheckIsCheckpoint(choice.what));
   ASSIGN_OR_RETURN(const std::string program, FindTrainerProgram(choice.trainer_program));
   ASSIGN_OR_RETURN(chosen.run.checkpoint, Sha256HexOfFile(checkpoint));
-  chosen.run.variant = fs::path(checkpoint).stem();
+  chosen.run.variant = VariantOf(checkpoint);
+  chosen.run.seed = SeedOf(checkpoint);
   chosen.run.trainer = "builtin";
   chosen.predictor =
       MakeCommandPredictor({.command = TrainerPredictCommand(program, checkpoint, choice.threads),

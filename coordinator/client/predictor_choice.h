@@ -20,7 +20,9 @@ struct PredictorChoice {
 
 struct ChosenPredictor {
   std::unique_ptr<Predictor> predictor;
-  RunIdentity run;  // Variant and trainer to show if the user names none; no seed.
+  // Variant, trainer and seed to show if the user names none. A checkpoint has the seed of the card
+  // beside it (training.json, train.json), else 0; what is not trained has none.
+  RunIdentity run;
 };
 
 // Makes the predictor of the choice. Errors: kInvalidArgument if neither or both of `what` and

@@ -259,6 +259,23 @@ absl::Status CheckTrainer(const v1::StudySpec& study, const std::string& file,
                              : "no such file " + contract);
 }
 
+absl::Status CheckGpu(const v1::StudySpec& study, const std::string& file,
+                      const std::string& device) {
+  const struct {
+    const char* field;
+    int gpus;
+  } needs[] = {{"train.needs.gpus", study.train().needs().gpus()},
+               {"evaluate.needs.gpus", study.evaluate().needs().gpus()}};
+  std::error_code error;
+  for (const auto& need : needs) {
+    if (need.gpus == 0 || std::filesystem::exists(device, error)) continue;
+    const int line = LineOfField(study.source_yaml(), need.field);
+    return InvalidArgument("{}{}: {}: {}, but this machine has no GPU ({} is missing)", file,
+                           line > 0 ? fmt::format(":{}", line) : "", need.field, need.gpus, device);
+  }
+  return absl::OkStatus();
+}
+
 std::string DescribeSize(const v1::StudySpec& study) {
   const bool alike = std::all_of(study.variants().begin(), study.variants().end(),
                                  [](const auto& variant) { return variant.pairs() == 0; });

@@ -59,6 +59,15 @@ absl::Status HashContent(v1::StudySpec& study, FolderReaders readers);
 absl::Status CheckTrainer(const v1::StudySpec& study, const std::string& file,
                           const std::string& allowed, const std::string& trainers_dir);
 
+// The file that a machine with an NVIDIA GPU has.
+inline constexpr char kGpuDevice[] = "/dev/nvidia0";
+
+// Checks that this machine has a GPU if the study's trainings or evaluations need one, which `run`
+// could never serve otherwise. `file` names the study. Errors: kInvalidArgument with file and line
+// of the study's field if there is no `device`.
+absl::Status CheckGpu(const v1::StudySpec& study, const std::string& file,
+                      const std::string& device = kGpuDevice);
+
 // Returns "3 variants x 5,000 pairs", or the sum if variants differ in size.
 std::string DescribeSize(const v1::StudySpec& study);
 

@@ -18,6 +18,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr uint8_t kSkyOrExterior = 1 | 2;  // Bits of masks_*.png.
+constexpr float kInfinite = std::numeric_limits<float>::infinity();
+
 std::string RigName(const ExportFrame& frame, int digits) {
   return fmt::format("{:0{}}", frame.source->rig, digits);
 }
@@ -34,7 +37,7 @@ struct Truth {
 
 absl::StatusOr<ImageF> ReadDisparity(const ExportFrame& frame, const char* eye,
                                      FrameFiles* count_in) {
-  ASSIGN_OR_RETURN(ImageF disparity, ReadExrY(frame.source->dir + "/disparity_" + eye + ".exr"));
+  ASSIGN_OR_RETURN(ImageF disparity, ReadTruthMap(frame, std::string("disparity_") + eye, eye));
   if (count_in != nullptr) {
     Histogram histogram = DisparityHistogram();
     for (const float d : disparity.values()) {
@@ -61,6 +64,13 @@ absl::StatusOr<Truth> ReadTruth(const ExportFrame& frame, FrameFiles& files) {
   return truth;
 }
 
+// Puts `no_truth` where a disparity map has none.
+void MarkNoTruth(ImageF& disparity, float no_truth) {
+  for (float& d : disparity.values()) {
+    if (!(d > 0)) d = no_truth;
+  }
+}
+
 // 16-bit disparity in steps of 1/`scale` pixel; 0 = none. What does not fit is none, and counted.
 ImageU16 Quantise(const ImageF& disparity, double scale, int64_t* out_of_range) {
   ImageU16 image(disparity.width(), disparity.height());
@@ -85,9 +95,11 @@ absl::StatusOr<std::string> JpegOf(const ExportFrame& frame, const std::string& 
 
 class FlyingThings final : public ExportLayout {
  public:
+  explicit FlyingThings(float no_truth) : no_truth_(no_truth) {}
+
   absl::StatusOr<FrameFiles> Convert(const ExportFrame& frame) const override {
     FrameFiles out;
-    ASSIGN_OR_RETURN(const Truth truth, ReadTruth(frame, out));
+    ASSIGN_OR_RETURN(Truth truth, ReadTruth(frame, out));
     const std::string split = frame.test ? "TEST" : "TRAIN";
     const std::string place = "/" + split + "/A/" + frame.scene + "/";
     const std::string name = RigName(frame, 3);
@@ -98,6 +110,7 @@ class FlyingThings final : public ExportLayout {
       for (const char* pass : {"frames_cleanpass", "frames_finalpass"}) {
         out.files.push_back(LinkTo(pass + place + file + ".png", frame, image));
       }
+      MarkNoTruth(truth.disparity[eye], no_truth_);
       ASSIGN_OR_RETURN(std::string pfm, EncodePfm(truth.disparity[eye]));
       out.files.push_back({"disparity" + place + file + ".pfm", "", std::move(pfm)});
       ASSIGN_OR_RETURN(std::string bits, EncodePngBits(truth.occlusion[eye]));
@@ -107,6 +120,9 @@ class FlyingThings final : public ExportLayout {
                     "right/" + name + ".png disparity" + place + "left/" + name + ".pfm";
     return out;
   }
+
+ private:
+  const float no_truth_;
 };
 
 // Disparity in thousandths of a pixel as digits to the base 255.
@@ -239,7 +255,7 @@ class Middlebury final : public ExportLayout {
     out.files.push_back(LinkTo(place + "im1.png", frame, PictureOf(frame, "right")));
     const ImageF& left = truth.disparity[0];
     ImageU8 mask(left.width(), left.height());
-    float largest = 0, smallest = std::numeric_limits<float>::infinity();
+    float largest = 0, smallest = kInfinite;
     for (size_t i = 0; i < left.pixels(); ++i) {
       const float d = left.values()[i];
       if (!(d > 0)) continue;
@@ -249,9 +265,7 @@ class Middlebury final : public ExportLayout {
     }
     for (int eye = 0; eye < 2; ++eye) {
       // Their tools know unknown disparity as infinite.
-      for (float& d : truth.disparity[eye].values()) {
-        if (!(d > 0)) d = std::numeric_limits<float>::infinity();
-      }
+      MarkNoTruth(truth.disparity[eye], kInfinite);
       ASSIGN_OR_RETURN(std::string pfm, EncodePfm(truth.disparity[eye]));
       out.files.push_back({fmt::format("{}disp{}GT.pfm", place, eye), "", std::move(pfm)});
     }
@@ -382,6 +396,21 @@ std::string PictureOf(const ExportFrame& frame, const std::string& eye) {
   return (frame.infrared ? "infrared_" : "") + eye + ".png";
 }
 
+absl::StatusOr<ImageF> ReadTruthMap(const ExportFrame& frame, const std::string& map,
+                                    const std::string& eye) {
+  ASSIGN_OR_RETURN(ImageF truth, ReadExrY(frame.source->dir + "/" + map + ".exr"));
+  const std::string name = "masks_" + eye + ".png";
+  if (!frame.source->files.contains(name)) return truth;
+  ASSIGN_OR_RETURN(const ImageU8 masks, ReadPngU8(frame.source->dir + "/" + name));
+  if (masks.width() != truth.width() || masks.height() != truth.height()) {
+    return DataLoss("{}: {} and {}.exr are of different sizes", frame.source->dir, name, map);
+  }
+  for (size_t i = 0; i < truth.pixels(); ++i) {
+    if ((masks.values()[i] & kSkyOrExterior) != 0) truth.values()[i] = 0;
+  }
+  return truth;
+}
+
 ExportFile LinkTo(std::string path, const ExportFrame& frame, const std::string& file) {
   return {std::move(path), frame.source->dir + "/" + file, {}};
 }
@@ -393,9 +422,14 @@ const std::vector<std::string>& ExportLayouts() {
   return names;
 }
 
+std::unique_ptr<ExportLayout> MakeFlyingThingsWithFiniteTruth() {
+  return std::make_unique<FlyingThings>(0.0f);
+}
+
 std::unique_ptr<ExportLayout> MakeExportLayout(const ExportOptions& options) {
   const std::string& name = options.layout;
-  if (name == "flyingthings") return std::make_unique<FlyingThings>();
+  // RAFT-Stereo and its kin train on every disparity below 512, and on 0, too.
+  if (name == "flyingthings") return std::make_unique<FlyingThings>(kInfinite);
   if (name == "fsd") return std::make_unique<FoundationStereo>();
   if (name == "crestereo") return std::make_unique<CreStereo>(options.flat);
   if (name == "wmgstereo") return std::make_unique<WmgStereo>();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "common/image/image.h"
 #include "worker/dataset/dataset_reader.h"
 #include "worker/dataset/export.h"
 
@@ -70,8 +71,17 @@ class ExportLayout {
 // Returns the name of a frame's picture of an eye, "left" or "right": the colour or the infrared
 // one.
 std::string PictureOf(const ExportFrame& frame, const std::string& eye);
+// Reads a frame's depth or disparity as truth to train on: `map` without its ".exr", of an eye, 0
+// where there is no truth. Sky and the exterior of rooms have none, as in the paper, where the
+// frame has masks. Errors: kDataLoss for masks of another size; as ReadFile.
+absl::StatusOr<ImageF> ReadTruthMap(const ExportFrame& frame, const std::string& map,
+                                    const std::string& eye);
 // Makes a link at `path` to one of the frame's files.
 ExportFile LinkTo(std::string path, const ExportFrame& frame, const std::string& file);
+
+// Makes the layout "flyingthings" with disparity 0, not infinite, where there is no truth. Readers
+// of flow and depth divide by the disparity: 0 is infinitely far to them, and left out.
+std::unique_ptr<ExportLayout> MakeFlyingThingsWithFiniteTruth();
 
 // Returns the layouts for sequences; nullptr for another name.
 std::unique_ptr<ExportLayout> MakeSequenceLayout(const std::string& name);

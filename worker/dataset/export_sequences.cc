@@ -90,7 +90,7 @@ class FlyingThingsFlow final : public ExportLayout {
   }
 
  private:
-  const std::unique_ptr<ExportLayout> stereo_ = MakeExportLayout({.layout = "flyingthings"});
+  const std::unique_ptr<ExportLayout> stereo_ = MakeFlyingThingsWithFiniteTruth();
 };
 
 // MPI Sintel, and beside it the stereo pairs as Sintel's own package has them.
@@ -129,7 +129,7 @@ class Sintel final : public ExportLayout {
   // d = 4 R + G / 64 + B / 16384; occluded and outside of the other eye apart.
   static absl::Status AddDisparity(const ExportFrame& frame, const std::string& root,
                                    const std::string& name, FrameFiles& out) {
-    ASSIGN_OR_RETURN(const ImageF disparity, ReadExrY(frame.source->dir + "/disparity_left.exr"));
+    ASSIGN_OR_RETURN(const ImageF disparity, ReadTruthMap(frame, "disparity_left", "left"));
     ASSIGN_OR_RETURN(const ImageU8 occlusion, ReadPngU8(frame.source->dir + "/occlusion_left.png"));
     CountDisparities(disparity, out);
     ImageRgb8 digits(disparity.width(), disparity.height());
@@ -172,7 +172,7 @@ class DynamicReplica final : public ExportLayout {
     for (const char* eye : kEyes) {
       const std::string dir = frame.source->dir + "/";
       const std::string side(eye), place = PlaceOf(frame, side);
-      ASSIGN_OR_RETURN(const ImageF depth, ReadExrY(dir + "depth_" + side + ".exr"));
+      ASSIGN_OR_RETURN(const ImageF depth, ReadTruthMap(frame, "depth_" + side, side));
       ASSIGN_OR_RETURN(const ImageU16 objects, ReadPngU16(dir + "objects_" + side + ".png"));
       out.files.push_back(
           LinkTo(place + "images/" + NameOf(frame) + ".png", frame, PictureOf(frame, side)));
@@ -189,7 +189,7 @@ class DynamicReplica final : public ExportLayout {
                                  "objects_" + side + ".png"));
       RETURN_IF_ERROR(AddFlow(frame, side, out));
       if (eye != kEyes[0]) continue;
-      ASSIGN_OR_RETURN(const ImageF disparity, ReadExrY(dir + "disparity_left.exr"));
+      ASSIGN_OR_RETURN(const ImageF disparity, ReadTruthMap(frame, "disparity_left", "left"));
       CountDisparities(disparity, out);
     }
     const std::string split = SplitOf(frame) + "/";

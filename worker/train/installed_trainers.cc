@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
+#include <string_view>
 
 #include "common/config/config.h"
 
@@ -39,6 +40,28 @@ absl::StatusOr<std::string> OwnProgram() {
   return ErrnoError(errno, "the program `trainer`, " + path);
 }
 
+// Checks that files of the repository that the commands name are there.
+absl::Status CheckFilesOfRepository(const InstalledTrainer& trainer, const std::string& dir) {
+  constexpr std::string_view kRepository = "{repository}/";
+  const TrainerContract& contract = trainer.contract;
+  const std::string repository = fs::absolute(dir + "/" + contract.name);
+  for (const auto* command : {&contract.train, &contract.resume, &contract.predict}) {
+    for (const std::string& argument : *command) {
+      if (argument.rfind(kRepository, 0) != 0) continue;
+      const std::string file = argument.substr(kRepository.size());
+      std::error_code error;
+      if (file.find('{') != std::string::npos || fs::exists(repository + "/" + file, error)) {
+        continue;
+      }
+      return NotFound(
+          "trainer {}: {} is missing, which {}/{}.yaml names; link the trainer's own "
+          "code to {}",
+          contract.name, repository + "/" + file, dir, contract.name, repository);
+    }
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<InstalledTrainers> InstalledTrainers::Load(const std::vector<std::string>& allowed,
@@ -54,6 +77,7 @@ absl::StatusOr<InstalledTrainers> InstalledTrainers::Load(const std::vector<std:
     }
     const fs::path repository = fs::absolute(dir + "/" + name);
     if (!dir.empty() && fs::is_directory(repository, error)) trainer.repository = repository;
+    RETURN_IF_ERROR(CheckFilesOfRepository(trainer, dir));
   }
   return installed;
 }

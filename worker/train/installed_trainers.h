@@ -22,8 +22,9 @@ class InstalledTrainers {
  public:
   // Loads the `allowed` trainers. `dir` has a file "<name>.yaml" for each trainer and, where
   // needed, a folder or link "<name>" with the trainer's own code. "builtin" is known without a
-  // file. `dir` may be empty. Errors: kNotFound for an allowed trainer without a file;
-  // kInvalidArgument for a file that names another trainer; as ReadTrainerContract.
+  // file. `dir` may be empty. Errors: kNotFound for an allowed trainer without a file, or whose
+  // commands name a file of {repository} that is not there; kInvalidArgument for a file that names
+  // another trainer; as ReadTrainerContract.
   static absl::StatusOr<InstalledTrainers> Load(const std::vector<std::string>& allowed,
                                                 const std::string& dir);
 

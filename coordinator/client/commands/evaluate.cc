@@ -172,7 +172,7 @@ absl::StatusOr<ChosenPredictor> Choose(const EvaluateCommandOptions& options) {
   ASSIGN_OR_RETURN(ChosenPredictor chosen, ChoosePredictor(options.predictor));
   if (!options.variant.empty()) chosen.run.variant = options.variant;
   if (!options.trainer.empty()) chosen.run.trainer = options.trainer;
-  chosen.run.seed = options.seed;
+  if (options.seed) chosen.run.seed = options.seed;
   return chosen;
 }
 
@@ -277,10 +277,15 @@ void RegisterEvaluate(Registry& registry) {
                    "The folder with the downloaded benchmarks")
       ->type_name("DIR");
   command->add_option("-o,--out", options->out, "The folder of score files")->type_name("DIR2");
-  command->add_option("--variant", options->variant, "What the network was trained on")
+  command
+      ->add_option("--variant", options->variant,
+                   "What the network was trained on (default: the checkpoint's file or folder)")
       ->type_name("NAME");
   command->add_option("--trainer", options->trainer, "What it was trained with")->type_name("NAME");
-  command->add_option("--seed", options->seed, "Seed of its training; none for what isn't trained");
+  command->add_option(
+      "--seed", options->seed,
+      "Seed of its training (default: that of the checkpoint's train.json, else 0; none for "
+      "what isn't trained)");
   command->add_option("--pairs", options->pairs, "Only so many pairs of each, spread evenly")
       ->check(CLI::Range(1, 1000000));
   command->add_flag(

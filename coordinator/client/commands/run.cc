@@ -81,6 +81,7 @@ absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
   ASSIGN_OR_RETURN(run_options.study, ResolveStudy(study_options));
   RETURN_IF_ERROR(CheckTrainer(run_options.study, study_options.study, options.allow_trainers,
                                options.trainers_dir));
+  RETURN_IF_ERROR(CheckGpu(run_options.study, study_options.study));
   RETURN_IF_ERROR(HashContent(run_options.study, FolderReaders::kOfRun));
   run_options.allow_trainers = options.allow_trainers;
   run_options.trainers_dir = options.trainers_dir;

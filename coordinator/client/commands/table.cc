@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -68,8 +69,14 @@ absl::StatusOr<std::vector<Evaluation>> FindScores(const std::string& what, Tabl
   }
   const TableOptions of_study = TableOptionsOf(study);
   if (table.variant_order.empty()) table.variant_order = of_study.variant_order;
-  if (table.baseline.empty()) table.baseline = of_study.baseline;
   absl::StatusOr<std::vector<Evaluation>> scores = ReadEvaluations(dir);
+  // The study's reference may have no scores yet.
+  if (table.baseline.empty() && scores.ok() &&
+      std::any_of(scores->begin(), scores->end(), [&](const Evaluation& evaluation) {
+        return evaluation.run.variant == of_study.baseline;
+      })) {
+    table.baseline = of_study.baseline;
+  }
   // The folder is gone when the user reads of it.
   if (!brought.path().empty() && absl::IsNotFound(scores.status())) {
     return NotFound("study {} has no scores yet", what);

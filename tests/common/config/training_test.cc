@@ -168,6 +168,31 @@ struct BadRow {
   std::string want;  // The whole message, or its beginning when it ends with "...".
 };
 
+TEST(Training, PicturesThatCannotBeTrainedOnAreToldBeforeTheyAreRendered) {
+  const auto study = [](const std::string& set, const std::string& training) {
+    const std::string text = "study: s\npairs: 4\nvariants:\n  - name: a\n    set:\n      " + set +
+                             "\n  - name: b\n" + training + "\n";
+    return std::string(ParseStudy(text, "s.yaml").status().message());
+  };
+  EXPECT_EQ(study("rigs: {width_px: 160, height_px: 96}", ""), "");
+  const std::string small = study("rigs: {width_px: 160, height_px: 96}", "train: {}");
+  EXPECT_THAT(small, HasSubstr("s.yaml:6: variants[0].set.rigs.width_px: 160 px, allowed for the "
+                               "trainer builtin are 384 or more"));
+  EXPECT_THAT(small, HasSubstr("rigs.height_px: 96 px, allowed for the trainer builtin are 192"));
+  const std::string rigs = "rigs: {width_px: 160, height_px: 96}";
+  EXPECT_EQ(study(rigs, "train: {width_px: 160, height_px: 96}"), "");
+  EXPECT_EQ(study(rigs, "train: {trainer: script}"), "");
+  EXPECT_EQ(study(rigs, "train: {variants: [b]}"), "");
+  const std::string maps = "render: {maps: [depth]}";
+  EXPECT_EQ(study(maps, ""), "");
+  EXPECT_THAT(study(maps, "train: {trainer: script}"),
+              HasSubstr("s.yaml:6: variants[0].set.render.maps: without disparity, masks, which"));
+  EXPECT_THAT(study("render: {maps: [disparity]}", "evaluate: {heldout_pairs: 2}"),
+              HasSubstr("render.maps: without masks, which"));
+  EXPECT_EQ(study(maps, "evaluate: {heldout_pairs: 2, heldout_variant: b}"), "");
+  EXPECT_EQ(study(maps, "evaluate: {}"), "");
+}
+
 TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {
   const std::string mixture = "train: {mixtures: [{name: m, parts: [{variant: wide}]";
   const BadRow rows[] = {

@@ -156,6 +156,16 @@ TEST_F(TableCommandTest, AStudysFolderHasItsOrderAndReferenceUnlessOthersAreGive
   EXPECT_EQ(given["comparisons"][0]["verdict"], "worse");
 }
 
+TEST_F(TableCommandTest, AStudysReferenceWithoutScoresIsNotComparedWith) {
+  tree_.Text("scores/study.lock.yaml",
+             "study: s\npairs: 2\nvariants: [{name: late}, {name: narrow}, {name: default}]\n"
+             "train: {}\nevaluate: {reference: late}\n");
+  const Json early = RunJson({"table", scores_});
+  ASSERT_EQ(early["rows"].size(), 2);
+  EXPECT_EQ(early["comparisons"].size(), 1);
+  EXPECT_EQ(RunCommand({"table", scores_, "--baseline", "late"}).exit_code, kExitUsage);
+}
+
 TEST_F(EvaluateCommandTest, CommandsPredictThroughTheList) {
   const std::string truth = tree_.dir() + "/pairs/a/disp0GT.pfm";
   const Outcome outcome = RunCommand(
@@ -170,6 +180,28 @@ TEST_F(EvaluateCommandTest, CommandsPredictThroughTheList) {
   EXPECT_EQ(failed.exit_code, kExitFailed);
   EXPECT_THAT(failed.err, HasSubstr("exit status 9"));
   EXPECT_THAT(failed.err, HasSubstr("out of memory"));
+}
+
+TEST_F(EvaluateCommandTest, CheckpointsAreNamedByTheirPlaceAndHaveTheSeedOfTheirCard) {
+  tree_.Text("trainer", "#!/bin/sh\nwhile read l r o; do cp \"$3\" \"$o\"; done < \"$5\"\n");
+  std::filesystem::permissions(tree_.Path("trainer"), std::filesystem::perms::owner_all);
+  tree_.Text("runs/narrow/train.json", R"({"settings": {"seed": 2}})");
+  tree_.Text("out/training/wide/builtin/seed-1/training.json", R"({"set": "wide", "seed": 1})");
+  const struct {
+    const char *file, *variant;
+    int seed;
+  } cases[] = {{"runs/narrow/final.pt", "narrow", 2},
+               {"runs/narrow/checkpoint-000500.pt", "narrow", 2},
+               {"runs/narrow/mine.pt", "mine", 2},
+               {"out/training/wide/builtin/seed-1/final.pt", "wide", 1},
+               {"nothing/final.pt", "nothing", 0}};
+  for (const auto& one : cases) {
+    tree_.Pfm(one.file, ImageF(40, 20, 11.5f));
+    const Json json = RunJson({"evaluate", tree_.Path(one.file), "--trainer-program",
+                               tree_.Path("trainer"), "--on", on_, "--out", scores_});
+    EXPECT_EQ(json["variant"], one.variant) << one.file;
+    EXPECT_EQ(json["seed"], one.seed) << one.file;
+  }
 }
 
 TEST_F(EvaluateCommandTest, CheckpointsGoThroughTheTrainerProgram) {

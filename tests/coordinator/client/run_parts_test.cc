@@ -8,11 +8,15 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "common/config/config.h"
+#include "common/config/config.h"
 #include "coordinator/client/embedded_coordinator.h"
 #include "coordinator/client/embedded_run.h"
 #include "coordinator/client/exit_code.h"
 #include "coordinator/client/interrupt.h"
 #include "coordinator/client/run_report.h"
+#include "coordinator/client/study_options.h"
+#include "coordinator/client/study_options.h"
 
 namespace parallax::client {
 namespace {
@@ -46,6 +50,17 @@ TEST(Benchmarks, AStudyOfSomeThatAreNotHereIsToldSoBeforeItRenders) {
   EXPECT_THAT(no_folder.ToString(), HasSubstr("(see --benchmarks): eth3d"));
   EXPECT_THAT(CheckBenchmarksAreHere(study, testing::TempDir()).ToString(),
               HasSubstr("two_view_training"));
+}
+
+TEST(Gpu, AStudyThatNeedsOneIsToldSoWhereThereIsNone) {
+  const auto study = ParseStudy(
+      "study: s\npairs: 1\nvariants: [{name: a}]\ntrain:\n  needs: {gpus: 1}\n", "s.yaml");
+  ASSERT_TRUE(study.ok()) << study.status();
+  const absl::Status none = CheckGpu(*study, "s.yaml", "/nowhere/nvidia0");
+  EXPECT_EQ(ExitCodeOf(none), kExitUsage) << none;
+  EXPECT_THAT(none.ToString(), HasSubstr("s.yaml:5: train.needs.gpus: 1, but this machine has no"));
+  EXPECT_TRUE(CheckGpu(*study, "s.yaml", "/dev/null").ok());
+  EXPECT_TRUE(CheckGpu(v1::StudySpec(), "s.yaml", "/nowhere/nvidia0").ok());
 }
 
 TEST(SocketFolder, IsPrivateAndShort) {

@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -68,8 +70,11 @@ TEST_F(ExportTest, FlyingThingsLinksImagesAndWritesDisparityOfBothEyes) {
               InodeOf(Frame("000002/000/right.png")));
   }
   for (const char* eye : {"left", "right"}) {
-    EXPECT_EQ(*ReadPfm(out_ + "/disparity/TRAIN/A/000001/" + eye + "/000.pfm"),
-              *ReadExrY(Frame(std::string("000001/000/disparity_") + eye + ".exr")));
+    ImageF disparity = *ReadExrY(Frame(std::string("000001/000/disparity_") + eye + ".exr"));
+    for (float& d : disparity.values()) {
+      if (d == 0) d = std::numeric_limits<float>::infinity();  // Sky.
+    }
+    EXPECT_EQ(*ReadPfm(out_ + "/disparity/TRAIN/A/000001/" + eye + "/000.pfm"), disparity);
   }
   EXPECT_EQ(
       *ReadFile(out_ + "/test.txt"),
@@ -80,6 +85,48 @@ TEST_F(ExportTest, FlyingThingsLinksImagesAndWritesDisparityOfBothEyes) {
   EXPECT_EQ(result->below_limit.size(), 6u);
   EXPECT_GT(result->below_limit.at(192), 0.5);
   EXPECT_EQ(result->below_limit.at(1000), 1);
+}
+
+TEST_F(ExportTest, SkyAndExteriorOfRoomsAreNoTruthInAnyLayout) {
+  SyntheticArchive archive;
+  archive.sequence = true;
+  MakeSyntheticArchive(dir_, archive);
+  // The middle of the first frame is said to be seen through a window.
+  const int x = 48, y = 40;
+  for (const std::string eye : {"left", "right"}) {
+    ASSERT_GT((*ReadExrY(Frame("000000/000/disparity_" + eye + ".exr")))(x, y), 0);
+    ImageU8 masks = *ReadPngU8(Frame("000000/000/masks_" + eye + ".png"));
+    masks(x, y) = 2;
+    fs::remove(Frame("000000/000/masks_" + eye + ".png"));
+    ASSERT_TRUE(WritePng(Frame("000000/000/masks_" + eye + ".png"), masks).ok());
+  }
+  const auto make = [&](const std::string& layout) {
+    out_ = root_ + "/" + layout;
+    const auto result = Export({.layout = layout});
+    EXPECT_TRUE(result.ok()) << result.status();
+    return out_ + "/";
+  };
+  const std::string things = make("flyingthings"), flow = make("flyingthings-flow");
+  const std::string middlebury = make("middlebury"), kitti = make("kitti");
+  const std::string cre = make("crestereo"), fsd = make("fsd"), replica = make("dynamic-replica");
+  EXPECT_TRUE(std::isinf((*ReadPfm(things + "disparity/TRAIN/A/000000/left/000.pfm"))(x, y)));
+  EXPECT_TRUE(std::isinf((*ReadPfm(things + "disparity/TRAIN/A/000000/right/000.pfm"))(x, y)));
+  EXPECT_TRUE(std::isinf((*ReadPfm(middlebury + "000000_000/disp0GT.pfm"))(x, y)));
+  EXPECT_EQ((*ReadPngU8(middlebury + "000000_000/mask0nocc.png"))(x, y), 0);
+  EXPECT_EQ((*ReadPngU16(kitti + "training/disp_occ_0/000000_10.png"))(x, y), 0);
+  EXPECT_GT((*ReadPngU16(kitti + "training/disp_occ_0/000000_10.png"))(x + 1, y), 0);
+  EXPECT_EQ((*ReadPngRgb8(fsd + "000000/dataset/data/left/disparity/0000.png"))(x, y, 2), 0);
+  EXPECT_EQ((*ReadPngU16(replica + "train/000000-p1_left/depths/0000.geometric.png"))(x, y), 0);
+  for (const auto& entry : fs::recursive_directory_iterator(cre)) {
+    if (entry.path().filename() != "000_left.disp.png") continue;
+    if (entry.path().parent_path().filename() != "000000") continue;
+    EXPECT_EQ((*ReadPngU16(entry.path()))(x, y), 0);
+  }
+  // Readers of flow divide by the disparity.
+  for (const auto& entry : fs::recursive_directory_iterator(flow + "disparity/TRAIN")) {
+    if (entry.path().extension() != ".pfm") continue;
+    for (const float d : ReadPfm(entry.path())->values()) ASSERT_TRUE(std::isfinite(d));
+  }
 }
 
 TEST_F(ExportTest, FilteredAndUnfilteredAreTwoReadings) {

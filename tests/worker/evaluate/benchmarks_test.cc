@@ -340,6 +340,20 @@ TEST(Benchmarks, FoldersOfPairsTakeMasksWhereTheyAre) {
   EXPECT_THAT(Names(*one), ElementsAre("a"));
 }
 
+TEST(Benchmarks, NamesOfFoldersOfPairsHaveNoSpacesAndDiffer) {
+  TestTree tree;
+  for (const std::string pair : {"mine/pair 1", "mine/pair 2", "clash/a b", "clash/a_b"}) {
+    tree.Pictures(pair + "/im0.png", pair + "/im1.png", 4, 1);
+    tree.Pfm(pair + "/disp0GT.pfm", Row({10, 10, 10, 10}));
+  }
+  const auto mine = OpenBenchmark("folder:" + tree.dir() + "/mine", "");
+  ASSERT_TRUE(mine.ok()) << mine.status();
+  EXPECT_EQ(mine->pairs[0].name, "pair_1");
+  EXPECT_EQ(mine->pairs[1].name, "pair_2");
+  const auto clash = OpenBenchmark("folder:" + tree.dir() + "/clash", "");
+  EXPECT_EQ(clash.status().code(), absl::StatusCode::kInvalidArgument);
+}
+
 TEST(Benchmarks, ListsTakeAnyEncodingAndAMask) {
   const TestTree tree;
   tree.Pictures("l.png", "r.png", 4, 1);

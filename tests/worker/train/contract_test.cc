@@ -11,6 +11,7 @@
 
 #include "common/base/child_process.h"
 #include "common/base/file.h"
+#include "worker/train/installed_trainers.h"
 
 namespace parallax {
 namespace {
@@ -39,7 +40,27 @@ TEST(TrainerContract, ShippedTrainersAreGood) {
     ASSERT_TRUE(contract.ok()) << contract.status();
     EXPECT_EQ(contract->name, name);
     EXPECT_GT(contract->default_steps, 0);
+    // Nothing is needed that the authors' repositories do not have.
+    for (const std::string& argument : contract->predict) {
+      EXPECT_EQ(argument.find("{repository}/"), std::string::npos) << argument;
+    }
   }
+}
+
+TEST(TrainerContract, FilesThatCommandsNameInTheRepositoryMustBeThere) {
+  const std::string dir = testing::TempDir() + "repository_" + std::to_string(getpid());
+  std::filesystem::create_directories(dir + "/mine");
+  std::string text = kGood;
+  text.replace(text.find("./predict"), 9, "'{repository}/tools/predict.py'");
+  std::ofstream(dir + "/mine.yaml") << text;
+  const auto missing = InstalledTrainers::Load({"mine"}, dir);
+  EXPECT_EQ(missing.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(missing.status().message()),
+              HasSubstr("/mine/tools/predict.py is missing"));
+  std::filesystem::create_directories(dir + "/mine/tools");
+  std::ofstream(dir + "/mine/tools/predict.py") << "\n";
+  EXPECT_TRUE(InstalledTrainers::Load({"mine"}, dir).ok());
+  std::filesystem::remove_all(dir);
 }
 
 TEST(TrainerContract, ReadsFieldsAndExpandsCommands) {

@@ -1,5 +1,7 @@
 // Any folder of pairs in Middlebury's layout: a folder a pair, or the folder of one pair.
+#include <cctype>
 #include <filesystem>
+#include <map>
 
 #include "common/base/status.h"
 #include "worker/evaluate/benchmarks/kinds.h"
@@ -16,6 +18,14 @@ std::string FirstOf(const std::string& at, const std::vector<std::string>& names
     if (IsFile(at + name)) return at + name;
   }
   return "";
+}
+
+// Replaces what a predictor's list of files or a file name can't hold, a space for one.
+std::string PairName(std::string name) {
+  for (char& c : name) {
+    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '.') c = '_';
+  }
+  return name;
 }
 
 absl::StatusOr<Benchmark> OpenPairFolder(const std::string& dir) {
@@ -36,6 +46,7 @@ absl::StatusOr<Benchmark> OpenPairFolder(const std::string& dir) {
   std::vector<std::string> folders = SubFolders(root);
   if (IsFile(root + "/im0.png")) folders = {""};
   std::vector<std::string> files;
+  std::map<std::string, std::string> folder_by_name;
   for (const std::string& folder : folders) {
     const std::string at = folder.empty() ? root + "/" : root + "/" + folder + "/";
     MiddleburyFiles truth = {.left = FirstOf(at, {"disp0GT.pfm", "disp0.pfm"}),
@@ -43,11 +54,17 @@ absl::StatusOr<Benchmark> OpenPairFolder(const std::string& dir) {
                              .mask = FirstOf(at, {"mask0nocc.png"})};
     if (truth.left.empty()) truth.left = at + "disp0GT.pfm";
     files.insert(files.end(), {at + "im0.png", at + "im1.png", truth.left});
+    const std::string name =
+        PairName(folder.empty() ? fs::path(at).parent_path().filename().string() : folder);
+    const auto [first, is_new] = folder_by_name.try_emplace(name, folder);
+    if (!is_new) {
+      return InvalidArgument("{}: the pairs \"{}\" and \"{}\" would both be named {}: rename one",
+                             dir, first->second, folder, name);
+    }
     benchmark.pairs.push_back(
-        {.name = folder.empty() ? fs::path(at).parent_path().filename().string() : folder,
-         .left = at + "im0.png",
-         .right = at + "im1.png",
-         .read_truth = [truth] { return ReadMiddleburyTruth(truth); }});
+        {.name = name, .left = at + "im0.png", .right = at + "im1.png", .read_truth = [truth] {
+           return ReadMiddleburyTruth(truth);
+         }});
   }
   RETURN_IF_ERROR(RequireFiles(files));
   return benchmark;

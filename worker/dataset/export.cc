@@ -17,6 +17,7 @@
 #include "common/base/hash.h"
 #include "common/base/version.h"
 #include "common/config/frame_files.h"
+#include "common/config/training.h"
 #include "worker/dataset/dataset_reader.h"
 #include "worker/dataset/export_card.h"
 #include "worker/dataset/export_layouts.h"
@@ -247,6 +248,13 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
   }
   ASSIGN_OR_RETURN(Dataset dataset, ReadDataset(dir));
   const std::string from = dataset.dir;
+  ExportResult result;
+  if (options.variants.empty() && LeaveOutHeldout(dataset)) {
+    result.notes.push_back(
+        fmt::format("the pairs of {} are left out, because trainings may not see them; --variant "
+                    "{} exports them",
+                    kHeldoutName, kHeldoutName));
+  }
   ASSIGN_OR_RETURN(const std::vector<DatasetVariant> variants,
                    ChooseVariants(std::move(dataset), options.variants));
   for (const DatasetVariant& variant : variants) RETURN_IF_ERROR(CheckWhole(variant, options));
@@ -260,7 +268,6 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
   if (out == from || out.compare(0, from.size() + 1, from + "/") == 0) {
     return FailedPrecondition("{} lies in the dataset itself: choose another folder", out);
   }
-  ExportResult result;
   const bool sequences = MakeExportLayout(options)->Sequences();
   ASSIGN_OR_RETURN(const ExportPlan plan, MakeExportPlan(variants, options, sequences, result));
   absl::StatusOr<std::string> licence = LicenceOf(variants);

@@ -17,10 +17,11 @@ struct ExportOptions {
   bool unfiltered = false;              // Includes frames that fail a filter.
   bool flat = false;                    // crestereo: no sub-folders.
   bool allow_incomplete = false;        // Exports variants with fewer pairs than were asked for.
-  std::vector<std::string> variants;    // Names; a trailing * matches the rest. Empty: all.
-  bool infrared = false;                // The infrared pictures are the pair, in place of colour.
-  int test_every = 20;                  // Every n-th scene goes to TEST; at least one does.
-  int shard_pairs = 500;                // webdataset: pairs in one shard.
+  std::vector<std::string>
+      variants;           // Names; a trailing * matches the rest. Empty: all but the held-out.
+  bool infrared = false;  // The infrared pictures are the pair, in place of colour.
+  int test_every = 20;    // Every n-th scene goes to TEST; at least one does.
+  int shard_pairs = 500;  // webdataset: pairs in one shard.
   CancelToken cancel;
 };
 

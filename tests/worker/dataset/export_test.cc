@@ -305,6 +305,32 @@ TEST_F(ExportTest, VariantsOfOneSceneFallIntoOneSplitAndHaveSafeNames) {
   EXPECT_EQ(Export(options).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
+TEST_F(ExportTest, HeldoutPairsAreExportedOnlyWhereTheyAreNamed) {
+  SyntheticArchive archive;
+  archive.variants = {"a", "heldout"};
+  MakeSyntheticArchive(dir_, archive);
+  auto result = Export();
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->pairs, 6);
+  EXPECT_TRUE(fs::exists(out_ + "/disparity/TEST/A/000002/left/000.pfm"));
+  ASSERT_EQ(result->notes.size(), 1u);
+  EXPECT_THAT(result->notes[0], HasSubstr("heldout are left out"));
+  for (const std::string name : {"heldout", "*"}) {
+    ExportOptions options;
+    options.variants = {name};
+    fs::remove_all(out_);
+    result = Export(options);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_EQ(result->pairs, name == "*" ? 12 : 6);
+    EXPECT_TRUE(result->notes.empty());
+  }
+  fs::remove_all(out_);
+  result = ExportDataset(dir_ + "/heldout", out_, {});
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->pairs, 6);
+  EXPECT_EQ(VerifyDataset(dir_)->frames, 12) << "verify looks at all";
+}
+
 TEST_F(ExportTest, OneSceneGivesItsLastPairToTestAndSaysSo) {
   SyntheticArchive archive;
   archive.scenes = 1;

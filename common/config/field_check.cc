@@ -175,10 +175,32 @@ void CheckList(const Message& message, const std::string& path, const FieldDescr
   }
 }
 
+// Checks that no number is given for a sensor that is off.
+void CheckSensorOff(const v1::SensorConfig& sensor, const std::string& path, Findings* findings) {
+  const google::protobuf::Descriptor& type = *sensor.GetDescriptor();
+  const FieldDescriptor& preset = *type.FindFieldByName("preset");
+  std::vector<std::string> presets;
+  for (const std::string& name : RuleOf(preset).allowed()) {
+    if (name != "off") presets.push_back(name);
+  }
+  const v1::SceneConfig defaults = DefaultSceneConfig();
+  for (int i = 0; i < type.field_count(); ++i) {
+    const FieldDescriptor& field = *type.field(i);
+    if (&field == &preset || !sensor.GetReflection()->HasField(sensor, &field) ||
+        !Differs(sensor, defaults.sensor(), field)) {
+      continue;
+    }
+    findings->push_back({Dotted(path, field.name()),
+                         "given, but sensor.preset is off, allowed with " + JoinNames(presets)});
+  }
+}
+
 // Checks that the study keeps the maps from which a sensor makes its pictures.
 void CheckSensor(const v1::SceneConfig& config, const std::string& path, Findings* findings) {
   const v1::SensorConfig& sensor = config.sensor();
-  if (sensor.preset().empty() || sensor.preset() == "off") return;
+  if (sensor.preset().empty() || sensor.preset() == "off") {
+    return CheckSensorOff(sensor, Dotted(path, "sensor"), findings);
+  }
   const auto& maps = config.render().maps();
   const auto tell = [&](const char* field, std::string what) {
     findings->push_back({Dotted(path, field), std::move(what)});

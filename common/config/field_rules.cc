@@ -75,6 +75,15 @@ std::vector<std::string> FieldNames(const google::protobuf::Descriptor& type) {
   return names;
 }
 
+bool Differs(const google::protobuf::Message& a, const google::protobuf::Message& b,
+             const FieldDescriptor& field) {
+  const std::unique_ptr<google::protobuf::Message> changed(a.New()), other(b.New());
+  changed->CopyFrom(a);
+  other->CopyFrom(b);
+  a.GetReflection()->SwapFields(changed.get(), other.get(), {&field});
+  return changed->SerializeAsString() != a.SerializeAsString();
+}
+
 std::string Dotted(const std::string& path, const std::string& name) {
   return path.empty() ? name : path + "." + name;
 }

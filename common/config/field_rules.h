@@ -29,6 +29,9 @@ std::string EnumText(const google::protobuf::EnumValueDescriptor& value);
 std::vector<std::string> EnumTexts(const google::protobuf::FieldDescriptor& field);
 // Returns the names of a message's fields, in the order of their declaration.
 std::vector<std::string> FieldNames(const google::protobuf::Descriptor& type);
+// Returns whether two messages of one type have different values in a field.
+bool Differs(const google::protobuf::Message& a, const google::protobuf::Message& b,
+             const google::protobuf::FieldDescriptor& field);
 // Joins a path and a field's name: "render.profile"; `name` alone if `path` is empty.
 std::string Dotted(const std::string& path, const std::string& name);
 

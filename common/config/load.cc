@@ -14,6 +14,7 @@
 #include "common/config/config.h"
 #include "common/config/defaults.h"
 #include "common/config/field_rules.h"
+#include "common/config/idle_fields.h"
 #include "common/config/limits.h"
 #include "common/config/rig_counts.h"
 #include "common/config/training.h"
@@ -27,6 +28,7 @@ using config_internal::ApplyDefaults;
 using config_internal::BuiltinFile;
 using config_internal::BuiltinFiles;
 using config_internal::CheckConfig;
+using config_internal::CheckIdleFields;
 using config_internal::CheckStudy;
 using config_internal::ConfigErrors;
 using config_internal::Findings;
@@ -283,14 +285,16 @@ class StudyLoader {
       } else if (name == "heldout") {
         if (const auto heldout = reader_.ReadBool(value, field_path)) variant.set_heldout(*heldout);
       } else if (name == "set") {
-        if (!value.IsNull()) MergeSceneConfig(reader_, value, &config, field_path, &origins);
+        if (value.IsNull()) continue;
+        MergeSceneConfig(reader_, value, &config, field_path, &origins);
+        CheckIdleFields(reader_, value, field_path, config);
       } else if (name == "config") {
         config = DefaultSceneConfig();
         origins = {};
         if (!value.IsNull()) MergeSceneConfig(reader_, value, &config, field_path, &origins);
       } else {
-        const std::vector<std::string> known = {"name", "base", "pairs", "rigs_per_scene",
-                                                "seed", "set",  "config"};
+        const std::vector<std::string> known = {"name", "base", "pairs",  "rigs_per_scene",
+                                                "seed", "set",  "config", "heldout"};
         reader_.UnknownField(value, path, name, known);
         if (NearestName(name, known) == "set" && value.IsMap()) CheckMeantSet(value, path);
       }
@@ -356,6 +360,7 @@ absl::StatusOr<v1::SceneConfig> ParseSceneConfig(std::string_view yaml,
   Findings findings;
   CheckConfig(config, "", &findings);
   errors.AddFindings(findings, origins, reader.file());
+  if (errors.empty() && root) CheckIdleFields(reader, *root, "", config);
   if (!errors.empty()) return errors.ToStatus();
   return config;
 }

@@ -12,6 +12,7 @@
 #include "common/base/file.h"
 #include "common/base/version.h"
 #include "common/config/config.h"
+#include "common/config/content_folders.h"
 #include "common/store/store.h"
 #include "worker/dataset/histogram.h"
 #include "worker/dataset/publication.h"
@@ -335,10 +336,11 @@ absl::Status WriteDatasetCard(const std::string& variant_dir, const v1::StudySpe
   ASSIGN_OR_RETURN(const Summary summary, Summarise(variant_dir, index));
   absl::StatusOr<std::string> licence = ReadFile(variant_dir + "/LICENSE");
   if (absl::IsNotFound(licence.status())) {
-    licence = DataLicence(!variant.config().materials().picture_dir().empty());
+    v1::SceneConfig config = variant.config();
+    licence = DataLicence(/*own_content=*/!ContentFoldersOf(config).empty());
   }
   RETURN_IF_ERROR(licence.status());
-  const bool other = *licence != DataLicence(/*own_pictures=*/false);
+  const bool other = *licence != DataLicence(/*own_content=*/false);
   const std::pair<const char*, std::string> files[] = {
       {"index.jsonl", IndexText(index)},
       {"dataset.json", CardJson(study, variant, summary)},

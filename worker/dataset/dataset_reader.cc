@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "common/base/file.h"
+#include "common/config/training.h"
 #include "worker/dataset/archive_index.h"
 
 namespace parallax {
@@ -131,6 +132,12 @@ absl::StatusOr<Dataset> ReadDataset(const std::string& path) {
     dataset.variants.push_back(std::move(variant));
   }
   return dataset;
+}
+
+bool LeaveOutHeldout(Dataset& dataset) {
+  return std::erase_if(dataset.variants, [&](const DatasetVariant& variant) {
+           return variant.name == kHeldoutName && variant.dir != dataset.dir;
+         }) > 0;
 }
 
 absl::StatusOr<std::vector<DatasetVariant>> ChooseVariants(

@@ -44,6 +44,10 @@ struct Dataset {
 // Errors: kNotFound if there is no index; kDataLoss for a malformed line of an index.
 absl::StatusOr<Dataset> ReadDataset(const std::string& dir);
 
+// Removes the variant of held-out pairs (kHeldoutName), on which no network may be trained, unless
+// the dataset's folder is that variant itself. Returns whether it did.
+bool LeaveOutHeldout(Dataset& dataset);
+
 // Returns the dataset's variants whose names match one of `patterns`; a trailing * matches the
 // rest. Without patterns, all variants. Errors: kInvalidArgument for a pattern that matches none,
 // listing the variants.

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <filesystem>
+#include <fstream>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -17,6 +18,7 @@
 #include "common/base/hash.h"
 #include "common/base/version.h"
 #include "common/config/frame_files.h"
+#include "common/config/training.h"
 #include "worker/dataset/dataset_reader.h"
 #include "worker/dataset/export_card.h"
 #include "worker/dataset/export_layouts.h"
@@ -29,6 +31,16 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+
+// Whether the file ends as a PNG does, with its chunk IEND. Layouts that link pictures do not
+// decode them.
+bool EndsAsPng(const std::string& path) {
+  constexpr std::string_view kEnd("\0\0\0\0IEND\xAE\x42\x60\x82", 12);
+  std::ifstream file(path, std::ios::binary);
+  std::string end(kEnd.size(), 0);
+  file.seekg(-static_cast<std::streamoff>(kEnd.size()), std::ios::end);
+  return file.read(end.data(), static_cast<std::streamsize>(end.size())) && end == kEnd;
+}
 
 // Every file that the layouts read must be there: half a dataset must not pass for a whole one.
 absl::Status CheckWhole(const DatasetVariant& variant, const ExportOptions& options) {
@@ -47,8 +59,11 @@ absl::Status CheckWhole(const DatasetVariant& variant, const ExportOptions& opti
       return FailedPrecondition("{} has no infrared pictures (render.maps: [..., infrared])",
                                 frame.dir);
     }
-    for (const char* name : {"left.png", "right.png", "disparity_left.exr", "disparity_right.exr",
-                             "occlusion_left.png", "occlusion_right.png", "frame.json"}) {
+    std::vector<std::string> names = {
+        "left.png",           "right.png",           "disparity_left.exr", "disparity_right.exr",
+        "occlusion_left.png", "occlusion_right.png", "frame.json"};
+    if (options.infrared) names.insert(names.end(), kInfraredFiles, std::end(kInfraredFiles));
+    for (const std::string& name : names) {
       const std::string path = frame.dir + "/" + name;
       struct stat info {};
       if (::stat(path.c_str(), &info) != 0) {
@@ -56,6 +71,9 @@ absl::Status CheckWhole(const DatasetVariant& variant, const ExportOptions& opti
                                   frame.files.contains(name) ? "" : " (the map was not written)");
       }
       if (info.st_size == 0) return FailedPrecondition("the dataset has holes: {} is empty", path);
+      if (path.ends_with(".png") && !EndsAsPng(path)) {
+        return FailedPrecondition("the dataset has holes: {} is cut off", path);
+      }
     }
   }
   return absl::OkStatus();
@@ -225,6 +243,24 @@ class Exporter {
   Json shards_ = Json::array();
 };
 
+// Adds what the layout's readers want of the plan, where it lacks that.
+void NoteWants(const ExportPlan& plan, const std::string& layout, ExportResult& result) {
+  if (layout == "crestereo" && result.pairs < 4) {
+    result.notes.push_back("readers of this layout want at least four pairs, one in each folder");
+  }
+  constexpr int kValidFrames = 40;  // sample_len of dynamic_stereo's train.py.
+  const bool valid = std::any_of(
+      plan.frames.begin(), plan.frames.end(),
+      [](const ExportFrame& frame) { return frame.test && frame.length >= kValidFrames; });
+  if (layout == "dynamic-replica" && !valid) {
+    result.notes.push_back(
+        fmt::format("no sequence for tests has {} frames, which dynamic_stereo's train.py wants of "
+                    "the one that it validates on (rigs.count / rigs.path.paths, or rigs.count / "
+                    "nature.walk.walks)",
+                    kValidFrames));
+  }
+}
+
 // Writes the export's files into `staging`. Layouts catch what a damaged frame.json throws, and
 // name its frame; whatever else is thrown ends here.
 absl::Status Fill(const std::string& staging, const std::string& dataset, std::string licence,
@@ -247,6 +283,13 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
   }
   ASSIGN_OR_RETURN(Dataset dataset, ReadDataset(dir));
   const std::string from = dataset.dir;
+  ExportResult result;
+  if (options.variants.empty() && LeaveOutHeldout(dataset)) {
+    result.notes.push_back(
+        fmt::format("the pairs of {} are left out, because trainings may not see them; --variant "
+                    "{} exports them",
+                    kHeldoutName, kHeldoutName));
+  }
   ASSIGN_OR_RETURN(const std::vector<DatasetVariant> variants,
                    ChooseVariants(std::move(dataset), options.variants));
   for (const DatasetVariant& variant : variants) RETURN_IF_ERROR(CheckWhole(variant, options));
@@ -260,7 +303,6 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
   if (out == from || out.compare(0, from.size() + 1, from + "/") == 0) {
     return FailedPrecondition("{} lies in the dataset itself: choose another folder", out);
   }
-  ExportResult result;
   const bool sequences = MakeExportLayout(options)->Sequences();
   ASSIGN_OR_RETURN(const ExportPlan plan, MakeExportPlan(variants, options, sequences, result));
   absl::StatusOr<std::string> licence = LicenceOf(variants);
@@ -275,9 +317,7 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
                              "\" in it, which some readers of this layout replace: move it");
     }
   }
-  if (options.layout == "crestereo" && result.pairs < 4) {
-    result.notes.push_back("readers of this layout want at least four pairs, one in each folder");
-  }
+  NoteWants(plan, options.layout, result);
 
   const std::string staging =
       fs::path(out).parent_path().string() + "/." + fs::path(out).filename().string() + ".partial";

@@ -17,10 +17,11 @@ struct ExportOptions {
   bool unfiltered = false;              // Includes frames that fail a filter.
   bool flat = false;                    // crestereo: no sub-folders.
   bool allow_incomplete = false;        // Exports variants with fewer pairs than were asked for.
-  std::vector<std::string> variants;    // Names; a trailing * matches the rest. Empty: all.
-  bool infrared = false;                // The infrared pictures are the pair, in place of colour.
-  int test_every = 20;                  // Every n-th scene goes to TEST; at least one does.
-  int shard_pairs = 500;                // webdataset: pairs in one shard.
+  // Names; a trailing * matches the rest. Empty: all but the held-out variant.
+  std::vector<std::string> variants;
+  bool infrared = false;  // The infrared pictures are the pair, in place of colour.
+  int test_every = 20;    // Every n-th scene goes to TEST; at least one does.
+  int shard_pairs = 500;  // webdataset: pairs in one shard.
   CancelToken cancel;
 };
 
@@ -48,7 +49,8 @@ const std::vector<std::string>& ExportLayouts();
 // frame) and SHA256SUMS. `out_dir` appears only when it is complete.
 //
 // Errors: kFailedPrecondition for an incomplete dataset (missing or unexpected files, fewer pairs
-// than asked for), naming the first fault, and for an `out_dir` that is not empty; kNotFound when
+// than asked for), naming the first fault, for an `out_dir` that is not empty, and for sequences
+// whose baseline changes where the layout has one for all; kNotFound when
 // no frame is left; kInvalidArgument for an unknown layout or variant; kDataLoss for unreadable
 // maps or a damaged frame.json, naming the frame; writing as WriteFile.
 absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::string& out_dir,

@@ -37,7 +37,7 @@ std::string Croissant(const std::string& layout, const ExportResult& result,
 ExportCard MakeExportCard(const std::string& layout, const ExportResult& result,
                           const std::string& export_json, const std::string& licence,
                           const std::vector<Shard>& train, const std::vector<Shard>& test) {
-  const bool other_licence = licence != DataLicence(/*own_pictures=*/false);
+  const bool other_licence = licence != DataLicence(/*own_content=*/false);
   const bool shards = !train.empty() || !test.empty();
   ExportCard card;
   card.markdown = fmt::format(
@@ -54,7 +54,7 @@ absl::StatusOr<std::string> LicenceOf(const std::vector<DatasetVariant>& variant
   std::vector<std::string> different;
   for (const DatasetVariant& variant : variants) {
     absl::StatusOr<std::string> text = ReadFile(variant.dir + "/LICENSE");
-    if (absl::IsNotFound(text.status())) text = DataLicence(/*own_pictures=*/false);
+    if (absl::IsNotFound(text.status())) text = DataLicence(/*own_content=*/false);
     RETURN_IF_ERROR(text.status());
     if (std::find(different.begin(), different.end(), *text) == different.end()) {
       different.push_back(*std::move(text));

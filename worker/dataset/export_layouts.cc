@@ -333,12 +333,23 @@ Json PixelRows(const Json& pixels_by_class) {
   return rows;
 }
 
+Json MovingRows(const Json& moving) {
+  Json rows = Json::array();
+  for (const auto& [index, pose] : moving.items()) {
+    rows.push_back({{"index", std::strtoul(index.c_str(), nullptr, 10)}, {"pose", pose}});
+  }
+  return rows;
+}
+
 absl::StatusOr<Json> SampleJson(const ExportFrame& frame) {
   ASSIGN_OR_RETURN(Json json, ReadFrameJson(frame.source->dir));
   for (const char* table : {"objects", "materials"}) json[table] = TableRows(json.at(table));
   for (const char* pixels : {"object_pixels", "material_pixels"}) {
     json[pixels] = PixelRows(json.at(pixels));
   }
+  // Absent where the scene has no motion: readers take a list that is empty in the first samples
+  // for one of nulls, and fail at the first that is not.
+  if (json.contains("moving")) json["moving"] = MovingRows(json.at("moving"));
   if (const auto seed = SeedOf(json.at("seeds").at("scene"))) {
     json["seeds"]["scene"] = std::to_string(*seed);
   }

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "common/base/status.h"
@@ -197,6 +198,30 @@ class DynamicReplica final : public ExportLayout {
                     PathOf(frame, "right") + "images/" + NameOf(frame) + ".png " + split +
                     PathOf(frame, "left") + "depths/" + NameOf(frame) + ".geometric.png";
     return out;
+  }
+
+  // Refuses baselines that differ from frame to frame: the loader makes disparity of depth by the
+  // camera of a sample's first frame.
+  absl::StatusOr<std::vector<ExportFile>> FinishScene(
+      const std::vector<ExportFrame>& frames) const override {
+    std::optional<double> first;
+    for (const ExportFrame& frame : frames) {
+      const std::string& dir = frame.source->dir;
+      const absl::StatusOr<double> baseline_m = CatchJson(dir, [&dir]() -> absl::StatusOr<double> {
+        ASSIGN_OR_RETURN(const OrderedJson json, ReadFrameJson(dir));
+        return json.at("baseline_m").get<double>();
+      });
+      RETURN_IF_ERROR(baseline_m.status());
+      if (std::abs(*baseline_m - first.value_or(*baseline_m)) > 1e-9) {
+        return FailedPrecondition(
+            "{}: has a baseline of {} m, the first frame of its sequence {} m, but readers of "
+            "dynamic-replica take that of the first frame for all (nature.walk.baseline_per: "
+            "scene)",
+            dir, *baseline_m, *first);
+      }
+      first = first.value_or(*baseline_m);
+    }
+    return std::vector<ExportFile>();
   }
 
   // Writes the test split as "valid", too, which dynamic_stereo's train.py opens first: a list of

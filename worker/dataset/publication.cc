@@ -86,16 +86,18 @@ std::string CitationSection(bool other_licence) {
          " The generator follows:\n\n```bibtex\n" + kCitation + "```\n";
 }
 
-std::string DataLicence(bool own_pictures) {
+std::string DataLicence(bool own_content) {
   std::string text =
       "The authors of Parallax claim no rights in images and ground truth that it makes: they\n"
       "belong to whoever made them with it. Unless that person replaces this file, they are under\n"
       "the Creative Commons Attribution 4.0 International licence (CC BY 4.0):\n" +
       std::string(kLicenceUrl) + "\n";
-  if (own_pictures) {
+  if (own_content) {
     text +=
-        "\nSome surfaces show pictures that the maker brought along (materials.picture_dir). "
-        "These\nkeep their own licence, which this program does not know.\n";
+        "\nThe maker brought along some of what images show: pictures (materials.picture_dir),\n"
+        "texture sets (materials.texture_dir), surroundings (lighting.hdri_dir) or meshes\n"
+        "(assets.include). "
+        "These keep their own licence, which this program does not know.\n";
   }
   return text;
 }

@@ -36,9 +36,9 @@ std::string CardHead(int64_t pairs, bool other_licence, const std::string& more)
 // Returns a Markdown section on how to cite, with BibTeX, and on the licence of the data.
 std::string CitationSection(bool other_licence);
 
-// Returns the text of a dataset's LICENSE: CC BY 4.0; with `own_pictures`, pictures of
-// materials.picture_dir keep their own licence.
-std::string DataLicence(bool own_pictures);
+// Returns the text of a dataset's LICENSE: CC BY 4.0; with `own_content`, what the maker brought
+// along (pictures, texture sets, surroundings, meshes) keeps its own licence.
+std::string DataLicence(bool own_content);
 
 // Returns the Croissant description as JSON-LD, with one table, "pairs".
 std::string CroissantJson(const Publication& publication);

@@ -43,9 +43,10 @@ absl::StatusOr<SensorDraw> DrawOfJson(const Json& json) {
     json.at("vignetting").get_to(draw.vignetting);
     json.at("bayer").get_to(draw.bayer);
     json.at("jpeg_quality").get_to(draw.jpeg_quality);
-    json.at("exposure_ms").get_to(draw.exposure_ms);
-    json.at("shake_m_s").get_to(draw.shake_m_s);
-    json.at("shake_rad_s").get_to(draw.shake_rad_s);
+    // Frames of version 0.2.0 tell no motion, because their sensors knew none.
+    draw.exposure_ms = json.value("exposure_ms", 0.0);
+    draw.shake_m_s = json.value("shake_m_s", draw.shake_m_s);
+    draw.shake_rad_s = json.value("shake_rad_s", draw.shake_rad_s);
   } catch (const Json::exception& error) {
     return DataLoss("sensor: {}", error.what());
   }
@@ -56,7 +57,8 @@ absl::StatusOr<SensorDraw> DrawOfJson(const Json& json) {
 struct PairFacts {
   SensorFrame frame;
   uint32_t rig = 0;
-  EyeMotion left;  // As its path moves it.
+  EyeMotion left;            // As its path moves it.
+  bool motion_told = false;  // False: a frame of a path by version 0.2.0.
   double baseline_m = 0;
 };
 
@@ -81,8 +83,10 @@ absl::StatusOr<PairFacts> FactsOfFrame(const Json& json) {
     facts.left.fy_px = k.at("fy").get<double>();
     facts.left.cx_px = k.at("cx").get<double>();
     facts.left.cy_px = k.at("cy").get<double>();
+    facts.motion_told = !json.contains("sequence") || json.contains("motion");
     if (!json.contains("sequence")) return facts;
     facts.frame.path = json.at("sequence").at("path").get<uint32_t>();
+    if (!facts.motion_told) return facts;
     facts.left.velocity_m_s = VectorOf(json.at("motion").at("velocity_m_s"));
     facts.left.turn_rad_s = VectorOf(json.at("motion").at("turn_rad_s"));
   } catch (const Json::exception& error) {
@@ -123,6 +127,9 @@ absl::StatusOr<ImageRgb8> TakeEye(const SensorDraw& draw, const PairFacts& pair,
 
 absl::StatusOr<SensorPictures> TakeBoth(const SensorDraw& draw, const PairFacts& pair,
                                         const PathOfFile& path_of) {
+  if (draw.exposure_ms > 0 && !pair.motion_told) {
+    return DataLoss("frame.json says no motion of its path, which sensor.exposure_ms needs");
+  }
   absl::StatusOr<ImageRgb8> left = ImageRgb8(), right = ImageRgb8();
   tbb::parallel_invoke([&] { left = TakeEye(draw, pair, 0, path_of); },
                        [&] { right = TakeEye(draw, pair, 1, path_of); });

@@ -94,9 +94,18 @@ class Maker {
     return absl::OkStatus();
   }
 
+  // Returns the folder of a part, or of one of its repetitions, which no other part has. Its name
+  // has no dot, at which readers of webdataset end a sample's key.
   std::string NameIn(const std::string& archive, int part, int again) const {
-    return archive + "/" + job_.parts(part).variant() +
-           (again == 0 ? "" : fmt::format(".{}", again + 1));
+    const std::string variant = archive + "/" + job_.parts(part).variant();
+    std::string name = again == 0 ? variant : fmt::format("{}-{}", variant, again + 1);
+    const auto is_parts = [&](const v1::FrameSet& other) {
+      return name == archive + "/" + other.variant();
+    };
+    while (again > 0 && std::any_of(job_.parts().begin(), job_.parts().end(), is_parts)) {
+      name += "-again";
+    }
+    return name;
   }
 
   // Lets the curator predict all frames that pass the other filters.

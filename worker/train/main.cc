@@ -57,6 +57,10 @@ absl::Status ReadSources(const std::vector<std::string>& specs, const SourceOpti
                          std::vector<TrainingSource>& sources) {
   for (const std::string& spec : specs) {
     ASSIGN_OR_RETURN(TrainingSource source, ReadTrainingSource(spec, options));
+    if (source.heldout_left_out) {
+      std::cerr << "note: " << source.path
+                << ": the pairs of heldout are left out; give that variant's own folder for them\n";
+    }
     sources.push_back(std::move(source));
   }
   return absl::OkStatus();
@@ -66,7 +70,9 @@ int Train(TrainOptions& options) {
   TrainingJob& job = options.job;
   absl::Status status = ParseSize("--crop", options.crop, job.settings);
   if (status.ok()) status = ReadSources(options.data, options.sources, job.sources);
-  if (status.ok()) status = ReadSources(options.heldout, options.sources, job.heldout);
+  SourceOptions heldout = options.sources;
+  heldout.heldout = true;
+  if (status.ok()) status = ReadSources(options.heldout, heldout, job.heldout);
   if (!status.ok()) return Fail(status);
   std::signal(SIGTERM, RequestStop);
   std::signal(SIGINT, RequestStop);
@@ -82,7 +88,8 @@ CLI::App* AddTrain(CLI::App& app, TrainOptions& o) {
   TrainSettings& s = o.job.settings;
   command
       ->add_option("--data", o.data,
-                   "A dataset's folder or a variant's, with =WEIGHT in mixtures; may be repeated")
+                   "A dataset's folder (all variants but heldout) or a variant's, with =WEIGHT in "
+                   "mixtures; may be repeated")
       ->required();
   command->add_option("--out", o.job.out_dir, "Folder for checkpoints and train.json")->required();
   command->add_option("--seed", s.seed, "Of weights, order and augmentation")

@@ -91,7 +91,8 @@ absl::StatusOr<TrainingSource> ReadTrainingSource(const std::string& spec,
   ASSIGN_OR_RETURN(const auto split, SplitWeight(spec));
   source.path = split.first;
   source.weight = split.second;
-  ASSIGN_OR_RETURN(const Dataset dataset, ReadDataset(source.path));
+  ASSIGN_OR_RETURN(Dataset dataset, ReadDataset(source.path));
+  source.heldout_left_out = !options.heldout && LeaveOutHeldout(dataset);
   Sha256 hash;
   for (const DatasetVariant& variant : dataset.variants) {
     for (const DatasetFrame& frame : variant.frames) {
@@ -113,8 +114,9 @@ absl::StatusOr<TrainingSource> ReadTrainingSource(const std::string& spec,
     }
   }
   if (source.frames.empty()) {
-    return FailedPrecondition("{}: no pair to train on ({} turned down by filters)", source.path,
-                              source.left_out);
+    return FailedPrecondition("{}: no pair to train on ({} turned down by filters{})", source.path,
+                              source.left_out,
+                              source.heldout_left_out ? "; held-out left out" : "");
   }
   source.data_hash = HexOf(hash.Finish());
   return source;

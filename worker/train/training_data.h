@@ -25,6 +25,7 @@ struct TrainingSource {
   double weight = 1;      // Share of the batches' pairs, against the other sources' weights.
   std::string data_hash;  // SHA-256 over the names and file hashes of `frames`.
   int left_out = 0;       // Frames that a filter turned down.
+  bool heldout_left_out = false;  // The archive has held-out pairs, which are not among `frames`.
   std::vector<TrainingFrame> frames;
 };
 
@@ -32,10 +33,11 @@ struct TrainingSource {
 struct SourceOptions {
   bool unfiltered = false;     // Also frames that a filter turned down.
   bool allow_missing = false;  // Go on without frames whose files are gone.
+  bool heldout = false;        // Also an archive's held-out pairs, which no network may train on.
 };
 
-// Lists the frames of a source. `spec` is "DIR" or "DIR=WEIGHT"; DIR is an archive (all its
-// variants) or a variant's folder.
+// Lists the frames of a source. `spec` is "DIR" or "DIR=WEIGHT"; DIR is an archive (its
+// variants, the held-out one as `options` say) or a variant's folder.
 // Errors: kInvalidArgument for a weight that is not a positive number; kFailedPrecondition when no
 // frame is left, or when a frame lacks an image or the left disparity; as ReadDataset.
 absl::StatusOr<TrainingSource> ReadTrainingSource(const std::string& spec,

@@ -181,7 +181,7 @@ void RegisterExport(Registry& registry) {
       ->type_name("LAYOUT");
   command
       ->add_option("--variant", options->options.variants,
-                   "Only this variant; may be repeated, and end in *")
+                   "Only this variant; may be repeated, and end in * (default: all but heldout)")
       ->type_name("NAME");
   command->add_flag("--unfiltered", options->options.unfiltered,
                     "Take pairs that fail a filter too");

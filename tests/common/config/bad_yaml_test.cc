@@ -189,7 +189,7 @@ TEST(StudyYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
       {"study: s\npairs: 1\nvariants: [a]", "s.yaml:3: variants[0]: a, allowed is a map of fields"},
       {"study: s\npairs: 1\nvariants:\n  - name: a\n    sets: {}",
        "s.yaml:5: variants[0].sets: no such field, did you mean set? "
-       "(allowed: name, base, pairs, rigs_per_scene, seed, set, config)"},
+       "(allowed: name, base, pairs, rigs_per_scene, seed, set, config, heldout)"},
       {"study: s\npairs: 1\nvariants:\n  - name: a\n    set:\n      rigs: {baseline_m: 9}",
        "s.yaml:6: variants[0].set.rigs.baseline_m: 9 is out of range, allowed 0.001 to 2 m"},
       {"study: s\npairs: 1\nvariants:\n  - name: a\n    set: {}\n    config: {}",

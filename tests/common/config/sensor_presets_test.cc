@@ -50,6 +50,40 @@ TEST(SensorPresets, AnotherOneLeavesNothingOfTheFirst) {
             study->variants(0).config().SerializeAsString());
 }
 
+TEST(SensorPresets, NumbersOfASensorThatIsOffAreErrors) {
+  const std::string off(Parse("{white_e: 200, bayer: true}", "{}").status().message());
+  EXPECT_THAT(off, HasSubstr("c.yaml:1: sensor.white_e: given, but sensor.preset is off, allowed "
+                             "with ideal, industrial, stereo_module, webcam, phone"));
+  EXPECT_THAT(off, HasSubstr("sensor.bayer: given"));
+  EXPECT_TRUE(Parse("{white_e: 0, focus_m: 2, bayer: false}", "{}").ok()) << "the defaults";
+  EXPECT_TRUE(ParseSceneConfig(*BuiltinConfigText("scenes/indoor.yaml"), "indoor.yaml").ok());
+}
+
+TEST(SensorPresets, NumbersThatAnotherFieldTurnsOffAreErrors) {
+  const struct {
+    const char* sensor;
+    const char* want;
+  } rows[] = {
+      {"{preset: phone, shake_m_s: 2}", "sensor.shake_m_s: given, but sensor.exposure_ms is 0"},
+      {"{preset: ideal, shake_deg_s: 2}", "sensor.shake_deg_s: given, but sensor.exposure_ms is 0"},
+      {"{preset: ideal, read_noise_e: 20}", "sensor.read_noise_e: given, but sensor.white_e is 0"},
+      {"{preset: phone, white_e: 0}", ""},  // The preset's read noise goes with it.
+      {"{preset: ideal, exposure_ms: {uniform: [0, 5]}, shake_m_s: 2}", ""},
+  };
+  for (const auto& row : rows) {
+    SCOPED_TRACE(row.sensor);
+    const absl::Status status = Parse(row.sensor, "{keep_hdr: true}").status();
+    EXPECT_EQ(status.ok(), *row.want == 0) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr(row.want));
+  }
+  const auto study = ParseStudy(
+      "study: s\npairs: 1\nvariants:\n"
+      "  - {name: a, set: {render: {keep_hdr: true}, sensor: {preset: phone, shake_m_s: 2}}}\n",
+      "s.yaml");
+  EXPECT_THAT(std::string(study.status().message()),
+              HasSubstr("s.yaml:4: variants[0].set.sensor.shake_m_s: given"));
+}
+
 TEST(SensorPresets, WhatASensorNeedsMustBeKept) {
   EXPECT_THAT(
       std::string(Parse("{preset: webcam}", "{}").status().message()),

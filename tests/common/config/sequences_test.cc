@@ -46,6 +46,10 @@ TEST(Sequences, WrongOnesAreToldOf) {
       {"render: {maps: [depth, flow]}", "render.maps: flow without a sequence"},
       {"floating: {motion: {p: 0.5}}", "floating.motion.p: moves things, but there is no sequence"},
       {"rigs: {path: {fps: 0}}", "rigs.path.fps: 0 is out of range"},
+      {"rigs: {baseline_m: 0.3, baselines_m: [0.06, 0.12]}",
+       "c.yaml:1: rigs.baseline_m: given beside rigs.baselines_m, allowed is one of them"},
+      {"rigs: {path: {fps: 5}}", "c.yaml:1: rigs.path.fps: given, but rigs.path.paths is 0"},
+      {"rigs: {path: {speed_mps: 1, max_turn_dps: 9}}", "rigs.path.max_turn_dps: given, but"},
   };
   for (const auto& row : rows) {
     SCOPED_TRACE(row.yaml);
@@ -55,6 +59,17 @@ TEST(Sequences, WrongOnesAreToldOf) {
   EXPECT_EQ(WhyNot("rigs: {count: 24, path: {paths: 2}}\nfloating: {motion: {p: 1}}\n"
                    "render: {maps: [depth, flow]}"),
             "");
+}
+
+TEST(Sequences, AVariantMayTurnOffWhatItsBaseHas) {
+  const std::string base =
+      "  - {name: a, set: {rigs: {count: 4, path: {paths: 2, fps: 5}}}}\n"
+      "  - {name: b, set: {rigs: {count: 4, path: {paths: 0}}}}\n"
+      "  - {name: c, set: {rigs: {camera: {preset: zed_2i}, baselines_m: [0.1, 0.2]}}}\n";
+  const auto study = ParseStudy("study: s\npairs: 4\nvariants:\n" + base, "s.yaml");
+  ASSERT_TRUE(study.ok()) << study.status();
+  const auto again = ParseStudy(StudyToYaml(*study), "lock.yaml");
+  EXPECT_TRUE(again.ok()) << again.status() << ": the lock has baseline_m and baselines_m";
 }
 
 TEST(Sequences, AStudyTakesAllPairsOfAScene) {

@@ -19,8 +19,10 @@ namespace parallax {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 using Json = nlohmann::json;
 
@@ -449,6 +451,27 @@ TEST_F(ArchiveTest, CroissantNamesTheIndexByItsHashAndAnotherLicenceStays) {
   EXPECT_THAT(*ReadFile(out_ + "/a/README.md"), StartsWith("---\nlicense: other\n"));
   croissant = Json::parse(*ReadFile(out_ + "/a/croissant.json"));
   EXPECT_EQ(croissant["license"], "LICENSE");
+}
+
+TEST_F(ArchiveTest, WhatTheMakerBroughtAlongKeepsItsLicence) {
+  const auto licence_of = [&](void (*give)(v1::SceneConfig&)) {
+    fs::remove_all(out_);
+    study_.mutable_variants(0)->mutable_config()->CopyFrom(DefaultSceneConfig());
+    give(*study_.mutable_variants(0)->mutable_config());
+    EXPECT_TRUE(Open()->Finish().ok());
+    EXPECT_THAT(*ReadFile(out_ + "/a/LICENSE"), HasSubstr("CC BY 4.0"));
+    return *ReadFile(out_ + "/a/LICENSE") + *ReadFile(out_ + "/a/README.md");
+  };
+  EXPECT_THAT(licence_of([](v1::SceneConfig&) {}),
+              AllOf(Not(HasSubstr("own licence")), HasSubstr("license: cc-by-4.0")));
+  for (const auto give : {+[](v1::SceneConfig& c) { c.mutable_materials()->set_picture_dir("x"); },
+                          +[](v1::SceneConfig& c) { c.mutable_materials()->set_texture_dir("x"); },
+                          +[](v1::SceneConfig& c) { c.mutable_lighting()->set_hdri_dir("x"); },
+                          +[](v1::SceneConfig& c) { c.mutable_assets()->add_include("x"); }}) {
+    EXPECT_THAT(licence_of(give),
+                AllOf(HasSubstr("assets.include"), HasSubstr("keep their own licence"),
+                      HasSubstr("license: other")));
+  }
 }
 
 }  // namespace

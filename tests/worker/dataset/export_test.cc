@@ -171,7 +171,20 @@ TEST_F(ExportTest, WebdatasetShardsNameTheirSplitAndHoldSeedsAsStrings) {
   EXPECT_THAT(shard, HasSubstr("\"seeds\":{\"scene\":\"18446744073709551557\"}"));
   EXPECT_THAT(shard, HasSubstr("\"seed\":\"201\""));
   EXPECT_THAT(shard, Not(HasSubstr("\"seed\":201")));
+  EXPECT_THAT(shard, Not(HasSubstr("\"moving\"")));
   EXPECT_EQ(VerifyDataset(out_)->findings_total, 0);
+}
+
+TEST_F(ExportTest, WebdatasetOfSequencesHasARowForEachThingThatMoves) {
+  SyntheticArchive archive;
+  archive.sequence = true;
+  MakeSyntheticArchive(dir_, archive);
+  ExportOptions options;
+  options.layout = "webdataset";
+  ASSERT_TRUE(Export(options).ok());
+  const std::string shard = *ReadFile(out_ + "/train-000000.tar");
+  EXPECT_THAT(shard, HasSubstr("\"moving\":[{\"index\":3,\"pose\":[["));
+  EXPECT_THAT(shard, HasSubstr("{\"index\":4,\"pose\":[["));
 }
 
 TEST_F(ExportTest, InfraredPicturesAreThePairWhereTheDatasetHasThem) {
@@ -289,6 +302,49 @@ TEST_F(ExportTest, DynamicReplicasTestScenesAreValidToo) {
   EXPECT_EQ(std::distance(fs::directory_iterator(out_ + "/valid"), {}), 1) << "a list alone";
 }
 
+TEST_F(ExportTest, DynamicReplicaNotesShortTestsAndRefusesChangingBaselines) {
+  SyntheticArchive archive;
+  archive.sequence = true;
+  MakeSyntheticArchive(dir_, archive);
+  ExportOptions options;
+  options.layout = "dynamic-replica";
+  auto result = Export(options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  ASSERT_EQ(result->notes.size(), 1u);
+  EXPECT_THAT(result->notes[0], HasSubstr("no sequence for tests has 40 frames"));
+  fs::remove_all(out_);
+  const std::string path = Frame("000001/001/frame.json");
+  Json json = Json::parse(*ReadFile(path));
+  json["baseline_m"] = json["baseline_m"].get<double>() + 0.01;
+  fs::remove(path);  // A link: the store's file stays whole.
+  ASSERT_TRUE(WriteFile(path, json.dump()).ok());
+  result = Export(options);
+  EXPECT_EQ(result.status().code(), absl::StatusCode::kFailedPrecondition) << result.status();
+  EXPECT_THAT(std::string(result.status().message()), HasSubstr("nature.walk.baseline_per"));
+  options.layout = "flyingthings-flow";
+  EXPECT_TRUE(Export(options).ok());
+}
+
+TEST_F(ExportTest, PicturesThatAreCutOffAreHoles) {
+  SyntheticArchive archive;
+  archive.extras = true;
+  MakeSyntheticArchive(dir_, archive);
+  for (const char* name : {"right.png", "infrared_left.png"}) {
+    SCOPED_TRACE(name);
+    const std::string path = Frame(std::string("000001/000/") + name);
+    const std::string whole = *ReadFile(path);
+    for (const size_t size : {whole.size() - 1, size_t{5}}) {
+      fs::remove(path);  // A link: the store's file stays whole.
+      ASSERT_TRUE(WriteFile(path, whole.substr(0, size)).ok());
+      ExportOptions options;
+      options.infrared = true;
+      EXPECT_THAT(std::string(Export(options).status().message()), HasSubstr("is cut off"));
+      EXPECT_FALSE(fs::exists(out_));
+    }
+    ASSERT_TRUE(WriteFile(path, whole).ok());
+  }
+}
+
 TEST_F(ExportTest, RefusesHolesAndLeavesNothingBehind) {
   const auto expect_refused = [&](const std::string& what) {
     const auto result = Export();
@@ -350,6 +406,32 @@ TEST_F(ExportTest, VariantsOfOneSceneFallIntoOneSplitAndHaveSafeNames) {
   EXPECT_EQ(result->pairs, 6);
   options.variants = {"huge"};
   EXPECT_EQ(Export(options).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(ExportTest, HeldoutPairsAreExportedOnlyWhereTheyAreNamed) {
+  SyntheticArchive archive;
+  archive.variants = {"a", "heldout"};
+  MakeSyntheticArchive(dir_, archive);
+  auto result = Export();
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->pairs, 6);
+  EXPECT_TRUE(fs::exists(out_ + "/disparity/TEST/A/000002/left/000.pfm"));
+  ASSERT_EQ(result->notes.size(), 1u);
+  EXPECT_THAT(result->notes[0], HasSubstr("heldout are left out"));
+  for (const std::string name : {"heldout", "*"}) {
+    ExportOptions options;
+    options.variants = {name};
+    fs::remove_all(out_);
+    result = Export(options);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_EQ(result->pairs, name == "*" ? 12 : 6);
+    EXPECT_TRUE(result->notes.empty());
+  }
+  fs::remove_all(out_);
+  result = ExportDataset(dir_ + "/heldout", out_, {});
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->pairs, 6);
+  EXPECT_EQ(VerifyDataset(dir_)->frames, 12) << "verify looks at all";
 }
 
 TEST_F(ExportTest, OneSceneGivesItsLastPairToTestAndSaysSo) {

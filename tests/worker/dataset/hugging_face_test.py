@@ -18,10 +18,10 @@ def rows(table):
     return [{"index": int(index), **entry} for index, entry in table.items()]
 
 
-def compare(sample, root):
+def compare(sample, root, archive="archive"):
     import numpy as np
     scene, rig = sample["__key__"].split("_")
-    folder = root / "archive" / "a" / "frames" / scene / rig
+    folder = root / archive / "a" / "frames" / scene / rig
     frame = json.loads((folder / "frame.json").read_text())
     seen = sample["json"]
     assert seen["seeds"]["scene"] == frame["seeds"]["scene"], (seen["seeds"], frame["seeds"])
@@ -30,6 +30,9 @@ def compare(sample, root):
     for pixels in ("object_pixels", "material_pixels"):
         assert {row["class"]: row["pixels"] for row in seen[pixels]} == frame[pixels], pixels
     assert seen["intrinsics"] == frame["intrinsics"] and seen["baseline_m"] == frame["baseline_m"]
+    if "moving" in frame:
+        moving = [{"index": int(index), "pose": pose} for index, pose in frame["moving"].items()]
+        assert seen["moving"] == moving, (seen["moving"], moving)
     from PIL import Image
     for eye in ("left", "right"):
         with Image.open(folder / f"{eye}.png") as image:
@@ -38,8 +41,8 @@ def compare(sample, root):
     return int(scene), int(rig)
 
 
-def check(split, expected, root):
-    found = [compare(sample, root) for sample in split]
+def check(split, expected, root, archive="archive"):
+    found = [compare(sample, root, archive) for sample in split]
     assert found == expected, (found, expected)
 
 
@@ -61,6 +64,18 @@ def main():
         streamed = datasets.load_dataset("webdataset", streaming=True, split="test",
                                          data_files={"test": str(export / "test-*.tar")})
         check(streamed, expected["test"], root)
+        sequences = datasets.load_dataset("webdataset", cache_dir=str(root / "cache_c"), split="train", data_files={
+            "train": str(root / "archive_sequences_webdataset" / "train-*.tar")})
+        assert all(len(sample["json"]["moving"]) == 2 for sample in sequences)
+        check(sequences, [(0, rig) for rig in range(4)], root, "archive_sequences")
+        # Scenes with and without motion in one dataset.
+        still, moving = "webdataset", "archive_sequences_webdataset"
+        for order in ((still, moving), (moving, still)):
+            mixed = datasets.load_dataset("webdataset", cache_dir=str(root / f"cache_{order[0]}"), split="train",
+                                          data_files={"train": [str(root / o / "train-000000.tar") for o in order]})
+            assert len(mixed) == 8, mixed
+            counts = [len(sample["json"].get("moving") or []) for sample in mixed]
+            assert order[0] == still or counts == [2] * 4 + [0] * 4, counts
     print(f"datasets {datasets.__version__} opened the export with its splits")
 
 

@@ -1,7 +1,8 @@
 // make_exports DIR: a synthetic archive in DIR/archive and its export in every layout in
 // DIR/<layout> (crestereo also flat); and an archive with infrared and raw pairs in
-// DIR/archive_extras with its exports archive_extras_infrared and archive_extras_webdataset; for
-// readers written in other languages to be tried on.
+// DIR/archive_extras with its exports archive_extras_infrared and archive_extras_webdataset; and
+// one of sequences in DIR/archive_sequences with archive_sequences_webdataset; for readers written
+// in other languages to be tried on.
 #include <filesystem>
 #include <iostream>
 
@@ -41,6 +42,14 @@ int main(int argc, char** argv) {
         return 1;
       }
     }
+  }
+  parallax::ExportOptions shards;
+  shards.layout = "webdataset";
+  const auto moving = parallax::ExportDataset(dir + "/archive_sequences",
+                                              dir + "/archive_sequences_webdataset", shards);
+  if (!moving.ok()) {
+    std::cerr << "sequences: " << moving.status() << "\n";
+    return 1;
   }
   parallax::SyntheticArchive extras;
   extras.extras = true;

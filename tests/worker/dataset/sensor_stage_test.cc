@@ -22,6 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using Json = nlohmann::ordered_json;
 
 class SensorStageTest : public ::testing::Test {
@@ -255,6 +256,19 @@ TEST_F(VerifyLightTest, ASensorsPicturesAreMadeOnceMore) {
   json["sensor"].erase("white_e");
   Replace("frame.json", json.dump());
   EXPECT_THAT(Checks(), Contains("sensor"));
+}
+
+TEST_F(VerifyLightTest, FramesOfVersion020TellNoMotion) {
+  Make("stereo_module");
+  Json json = Json::parse(*ReadFile(frame_ + "/frame.json"));
+  for (const char* key : {"exposure_ms", "shake_m_s", "shake_rad_s"}) json["sensor"].erase(key);
+  Replace("frame.json", json.dump());
+  EXPECT_THAT(Checks(), Not(Contains("sensor")));
+  json["sequence"] = {{"path", 1}, {"time_s", 0}, {"previous", nullptr}, {"next", nullptr}};
+  EXPECT_TRUE(RepeatSensor(json, frame_).ok());
+  json["sensor"]["exposure_ms"] = 5;
+  EXPECT_THAT(std::string(RepeatSensor(json, frame_).status().message()),
+              HasSubstr("says no motion of its path"));
 }
 
 TEST_F(VerifyLightTest, LightIsAFiniteNumber) {

@@ -196,6 +196,7 @@ void MakeSequence(v1::Scene& scene) {
   for (int i = 0; i < scene.rigs_size(); ++i) {
     scene.mutable_rigs(i)->set_path(1);
     scene.mutable_rigs(i)->set_time_s(0.1 * i);
+    scene.mutable_rigs(i)->set_baseline_m(scene.rigs(0).baseline_m());
   }
   v1::RigidMotion& drift = *scene.mutable_objects(2)->mutable_motion();
   drift.mutable_velocity_mps()->set_x(0.6);

@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "common/base/file.h"
 #include "common/config/sensor_presets.h"
 #include "common/image/io.h"
 #include "tests/worker/jobs/job_fixture.h"
@@ -207,6 +208,10 @@ TEST_F(FrameFolderTest, OtherLayoutsHoldAllPartsInOneFolder) {
     images += entry.path().parent_path().filename() == "image_2";
   }
   EXPECT_EQ(images, 21) << "the second part twice";
+  std::set<std::string> names;
+  const auto list = nlohmann::json::parse(*ReadFile(data->parts[0].first + "/export.json"));
+  for (const auto& frame : list["frames"]) names.insert(frame["variant"]);
+  EXPECT_THAT(names, ElementsAre("a", "b", "b-2")) << "no dot, which would end a sample's key";
 }
 
 }  // namespace

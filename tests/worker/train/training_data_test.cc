@@ -44,6 +44,20 @@ TEST(TrainingSource, LeavesOutWhatFiltersTurnedDown) {
   EXPECT_EQ(ReadTrainingSource(dir, {.unfiltered = true})->frames.size(), 6u);
 }
 
+TEST(TrainingSource, HeldoutPairsAreTakenOnlyFromTheirOwnFolder) {
+  const std::string dir = MakeArchive("heldout", {.variants = {"a", "heldout"}});
+  const auto source = ReadTrainingSource(dir, {});
+  ASSERT_TRUE(source.ok()) << source.status();
+  EXPECT_EQ(source->frames.size(), 6u);
+  EXPECT_EQ(source->frames.back().name, "a/000002/001");
+  EXPECT_TRUE(source->heldout_left_out);
+  const auto own = ReadTrainingSource(dir + "/heldout", {});
+  ASSERT_TRUE(own.ok()) << own.status();
+  EXPECT_EQ(own->frames.size(), 6u);
+  EXPECT_FALSE(own->heldout_left_out);
+  EXPECT_EQ(ReadTrainingSource(dir, {.heldout = true})->frames.size(), 12u);
+}
+
 TEST(TrainingSource, NamesWhatIsMissing) {
   const std::string dir = MakeArchive("missing", {.scenes = 1});
   EXPECT_TRUE(absl::IsNotFound(ReadTrainingSource(dir + "/nowhere", {}).status()));

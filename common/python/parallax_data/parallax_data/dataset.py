@@ -12,6 +12,7 @@ import numpy as np
 from . import exr, png
 from .masks import EXTERIOR, SKY
 
+HELDOUT = "heldout"  # The variant of evaluate.heldout_pairs, which no network may be trained on.
 TEST_EVERY = 20  # As `parallax export` splits: every so-many-th scene, one at least.
 
 
@@ -165,7 +166,8 @@ class ParallaxDataset:
     """Pairs of an archive, of some of its variants, or of several archives, in order.
 
     roots     folders: an archive or one of its variants
-    variants  names to take; None: all
+    variants  names to take; None: all but "heldout", which benchmarks are made of (a root that is that
+              variant's own folder is taken)
     filtered  leave out pairs that fail a filter (dark, near...): two readings of one dataset
     split     "train", "test" (every 20th scene, at least one; whole scenes) or "all"
     max_disparity  pixels beyond it are not valid (training code takes 192 to 1000)
@@ -191,7 +193,8 @@ class ParallaxDataset:
                 raise FileNotFoundError(f"{root}: no dataset (no index.jsonl in it or in its folders)")
             for directory in directories:
                 found.add(directory.name)
-                if variants is None or directory.name in variants:
+                whole = directory.name != HELDOUT or directory == root
+                if whole if variants is None else directory.name in variants:
                     self.frames += _read_variant(directory)
         missing = set(variants or ()) - found
         if missing:

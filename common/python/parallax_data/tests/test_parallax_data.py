@@ -108,6 +108,17 @@ class Exports(unittest.TestCase):
         self.assertEqual({f.scene for f in test.frames}, {4})
         self.assertEqual({f.scene for f in train.frames}, {0, 1, 2, 3})
 
+    def test_heldout_pairs_are_taken_only_where_they_are_named(self):
+        with tempfile.TemporaryDirectory() as name:
+            root = Path(name) / "both"
+            root.mkdir()
+            for variant in ("a", "heldout"):
+                (root / variant).symlink_to(self.root / "archive" / "a")
+            self.assertEqual({f.variant for f in ParallaxDataset(root).frames}, {"a"})
+            self.assertEqual(len(ParallaxDataset(root, variants=["heldout"])), 9)
+            self.assertEqual(len(ParallaxDataset(root, variants=["a", "heldout"])), 18)
+            self.assertEqual(len(ParallaxDataset(root / "heldout")), 9)
+
     def test_max_disparity_bounds_what_is_valid(self):
         limit = float(np.median(self.data[0].disparity))
         bounded = ParallaxDataset(self.root / "archive", max_disparity=limit)[0]
@@ -529,13 +540,34 @@ class Torch(unittest.TestCase):
         from parallax_data.torch_dataset import TorchStereoDataset
         with tempfile.TemporaryDirectory() as root:
             subprocess.run([os.environ["MAKE_EXPORTS"], root], check=True)
-            paths, left, right, flow, valid = TorchStereoDataset(Path(root) / "archive")[0]
+            data = TorchStereoDataset(Path(root) / "archive")
+            paths, left, right, flow, valid = data[0]
             self.assertEqual(tuple(left.shape), (3, 54, 96))
             self.assertEqual(tuple(flow.shape), (1, 54, 96))
             self.assertEqual(tuple(valid.shape), (54, 96))
             self.assertGreater(float(left.max()), 1)
-            self.assertTrue(bool((flow[0][valid > 0] > 0).all()))
+            self.assertTrue(bool((flow[0][valid > 0] < 0).all()))
             self.assertEqual(len(paths), 3)
+            disparity = data.data[0].disparity
+            np.testing.assert_array_equal(flow[0].numpy(), -disparity)
+            # The left pixel moved by the flow is the right one.
+            y, x = np.nonzero((valid.numpy() > 0) & ~data.data.frames[0].occluded())
+            at = np.round(x + flow[0].numpy()[y, x]).astype(int)
+            inside = (at >= 0) & (at < 96)
+            difference = (left.numpy()[:, y, x] - right.numpy()[:, y, np.clip(at, 0, 95)])[:, inside]
+            self.assertLess(np.median(np.abs(difference)), 12)
+            seen = []
+            keep = lambda l, r, f: seen.append(f) or (l, r, f)
+            for sign in (-1, 1):
+                options = {"augment": keep, "sign": sign}
+                augmented = TorchStereoDataset(Path(root) / "archive", **options)[0]
+                known = augmented[4].numpy() > 0
+                np.testing.assert_array_equal(known, valid.numpy() > 0)
+                np.testing.assert_array_equal(augmented[3][0].numpy()[known], sign * disparity[known])
+                np.testing.assert_array_equal(seen[-1][known][:, 0], sign * disparity[known])
+                self.assertTrue((sign * seen[-1][~known][:, 0] > 1e5).all())
+            with self.assertRaisesRegex(ValueError, "allowed are -1 and 1"):
+                TorchStereoDataset(Path(root) / "archive", sign=0)
 
 
 if __name__ == "__main__":

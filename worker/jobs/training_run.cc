@@ -295,6 +295,7 @@ class Training {
       return exit != contract_.exits.end() && exit->second == status;
     };
     if (status == 0) return absl::OkStatus();
+    if (means("usage")) return Failed(absl::StatusCode::kInvalidArgument, said);
     if (means("not_finite")) return Failed(absl::StatusCode::kFailedPrecondition, said);
     if (means("out_of_memory") || SaysOutOfMemory()) {
       return Failed(absl::StatusCode::kResourceExhausted, "out of memory" + because);

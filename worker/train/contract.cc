@@ -30,7 +30,7 @@ constexpr std::ptrdiff_t kMostMatched = 2000;
 
 const std::vector<std::string> kLayouts = {"archive",   "flyingthings", "fsd",   "crestereo",
                                            "wmgstereo", "middlebury",   "kitti", "webdataset"};
-const std::vector<std::string> kExits = {"not_finite", "out_of_memory"};
+const std::vector<std::string> kExits = {"not_finite", "out_of_memory", "usage"};
 const std::vector<std::string> kProgressGroups = {"step",  "loss",  "epe_px",
                                                   "eta_s", "epoch", "epoch_steps"};
 

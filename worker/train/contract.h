@@ -54,7 +54,8 @@ struct TrainerContract {
   // Pattern of files in {out}, with one "*" for the step: "checkpoint-*.pt".
   std::string checkpoint_pattern;
   std::string final_checkpoint;  // In {out}.
-  // Exit statuses of the trainer that say more than "failed": "not_finite", "out_of_memory".
+  // Exit statuses of the trainer that say more than "failed": "not_finite", "out_of_memory", and
+  // "usage" for settings or data that are as wrong at the next try.
   std::map<std::string, int> exits;
   std::vector<std::string> predict;  // The command that predicts the pairs of {list}.
   // GPUs that it needs, for {device}. Which workers get its jobs says the study, by `needs`.

@@ -13,7 +13,7 @@ namespace parallax {
 enum class TrainerExit {
   kDone = 0,
   kFailed = 1,       // Data missing or broken, disk full, checkpoint of another run.
-  kUsage = 2,        // Unknown option or value.
+  kUsage = 2,        // Unknown option or value, pairs smaller than the crop.
   kNotFinite = 3,    // The loss became NaN or infinite.
   kOutOfMemory = 4,  // The batch does not fit.
   kStopped = 5,      // SIGTERM or SIGINT; a checkpoint of the last step was written.

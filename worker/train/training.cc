@@ -280,6 +280,7 @@ TrainingEnd RunTraining(const TrainingJob& job, const std::atomic<bool>& stop,
     if (end.ok()) return *end;
     const std::string why(ToStd(end.status().message()));
     if (absl::IsResourceExhausted(end.status())) return OutOfMemory(why);
+    if (absl::IsInvalidArgument(end.status())) return {TrainerExit::kUsage, why};
     return {TrainerExit::kFailed, why};
   } catch (const std::bad_alloc&) {
     return OutOfMemory("");

@@ -9,13 +9,11 @@
 #include <sstream>
 
 #include "common/config/config.h"
-#include "common/config/config.h"
 #include "coordinator/client/embedded_coordinator.h"
 #include "coordinator/client/embedded_run.h"
 #include "coordinator/client/exit_code.h"
 #include "coordinator/client/interrupt.h"
 #include "coordinator/client/run_report.h"
-#include "coordinator/client/study_options.h"
 #include "coordinator/client/study_options.h"
 
 namespace parallax::client {

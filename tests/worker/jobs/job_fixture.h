@@ -94,7 +94,7 @@ class JobTest : public ::testing::Test {
         << "size: [--crop, '{width}x{height}']\n"
            "environment: ["
         << environment
-        << "]\nsteps: 6\nsteps_per_minute: 8\nprogress: json\n"
+        << "]\nsteps: 6\nsteps_per_minute: 8\nprogress: json\nexits: {usage: 2}\n"
            "leaves: {checkpoints: net-*.json, final: last.json}\n"
            "predict: [" PYTHON ", -B, " SCRIPT_TRAINER
            ", predict, --checkpoint, '{checkpoint}', --list, '{list}']\n";

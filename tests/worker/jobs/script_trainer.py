@@ -36,6 +36,9 @@ def misbehave(word, step):
     if word == "fail":
         print("".join(f"line {i}\n" for i in range(300)), end="")
         sys.exit("no such luck")
+    if word == "usage":
+        print("pictures are smaller than the crop", flush=True)
+        sys.exit(2)
     if word == "lazy":
         sys.exit(0)
 

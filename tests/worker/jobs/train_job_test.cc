@@ -204,6 +204,7 @@ TEST_F(TrainJob, TellsNaNCrashMemoryAndFailureInOneLineWithTheLogsEnd) {
       {"memory 2", absl::StatusCode::kResourceExhausted,
        "out of memory: torch.cuda.OutOfMemoryError"},
       {"fail 4", absl::StatusCode::kInternal, "exit status 1: no such luck", "line 200\n"},
+      {"usage 2", absl::StatusCode::kInvalidArgument, "pictures are smaller than the crop"},
       {"lazy 2", absl::StatusCode::kInternal, "ended without last.json"},
   };
   int fence = 1;

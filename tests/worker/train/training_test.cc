@@ -147,7 +147,7 @@ TEST(Trainer, ErrorsAreOneLineAndHaveTheirOwnExitStatus) {
       {trainer + " train --out " + dir + " --data /nowhere", 1, "/nowhere: no such folder"},
       {TrainLine(dir, "--crop 64x100"), 2, "crop width is 100, but must be a multiple of 32"},
       {TrainLine(dir, "--crop 64"), 2, "--crop is \"64\""},
-      {TrainLine(dir, "--crop 96x192"), 1,
+      {TrainLine(dir, "--crop 96x192"), 2,
        "a pair of 160x96 px is smaller than the crop of 192x96"},
       {TrainLine(dir, "--steps 5 --learning-rate 2"), 2, "learning rate is 2.0"},
       {TrainLine(dir, kSmall + "--resume " + dir + ".txt"), 1, "not a checkpoint of this trainer"},

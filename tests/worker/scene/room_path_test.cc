@@ -92,6 +92,19 @@ TEST(RoomPath, WaysAreSmoothAndClear) {
   }
 }
 
+TEST(RoomPath, SlowFrameRatesFollowTheWayBetweenFrames) {
+  v1::SolveJob job = WayJob(1, 1, 12);
+  job.mutable_config()->mutable_rigs()->mutable_path()->set_fps(0.2);
+  int found = 0;
+  for (const uint64_t seed : {1, 2, 3}) {
+    job.set_scene_seed(seed);
+    const auto result = Solve(job, CancelToken());
+    ASSERT_TRUE(result.ok()) << result.status();
+    found += result->has_scene();
+  }
+  EXPECT_GE(found, 2);
+}
+
 TEST(RoomPath, SameJobGivesTheSameWays) {
   EXPECT_EQ(SolvedScene(WayJob(2, 1, 12)).SerializeAsString(),
             SolvedScene(WayJob(2, 1, 12)).SerializeAsString());

@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "common/base/file.h"
 #include "common/image/io.h"
@@ -26,7 +25,7 @@ constexpr double kFlowTolerance = 2e-5;  // Relative to the flow's length.
 constexpr double kPoseTolerance = 1e-6;
 constexpr double kReprojected = 0.01;  // Relative to the depth.
 // Share of the pixels that depth at the neighbour's pixel centres judges otherwise than rays do:
-// edges of things, and what is hidden by something thinner than a pixel.
+// what is hidden by something thinner than a pixel.
 constexpr double kMostOtherwise = 0.02;
 constexpr uint8_t kNone = 128, kHidden = 255;
 
@@ -295,10 +294,10 @@ class FlowChecker {
                           at, double{seen[0]}, double{seen[1]}, double{seen[2]}, wanted.x(),
                           wanted.y(), wanted.z()));
         }
-        const auto visible = Visible(other, end, z > 0 ? then.z() : 0, depth);
-        if (!visible) continue;
+        const Sight sight = SightOf(other, end, z > 0 ? then.z() : 0, depth);
+        if (sight == Sight::kUnknown) continue;
         ++judged;
-        otherwise += *visible != (value == 0);
+        otherwise += value == 0 ? sight == Sight::kHidden : sight == Sight::kVisible;
       }
     }
     if (static_cast<double>(otherwise) <= kMostOtherwise * static_cast<double>(judged)) return;
@@ -306,22 +305,26 @@ class FlowChecker {
                                   otherwise, judged));
   }
 
-  // Whether the neighbour's depth shows a point of this depth (0: sky); nothing where there is no
-  // such map.
-  static std::optional<bool> Visible(const ImageF& other, const Eigen::Vector2d& at, double depth,
-                                     const ImageF& own) {
-    if (!(at.x() >= 0 && at.y() >= 0 && at.x() < own.width() && at.y() < own.height()))
-      return false;
-    if (other.empty()) return std::nullopt;
+  enum class Sight { kUnknown, kHidden, kVisible, kAtEdge };
+
+  // How the neighbour's depth shows a point of this depth (0: sky), by the pixels around it. At
+  // edges of things they differ, and rays between them may go either way.
+  static Sight SightOf(const ImageF& other, const Eigen::Vector2d& at, double depth,
+                       const ImageF& own) {
+    if (!(at.x() >= 0 && at.y() >= 0 && at.x() < own.width() && at.y() < own.height())) {
+      return Sight::kHidden;
+    }
+    if (other.empty()) return Sight::kUnknown;
     const int x = static_cast<int>(std::floor(at.x() - 0.5));
     const int y = static_cast<int>(std::floor(at.y() - 0.5));
-    for (int k = 0; k < 4; ++k) {
-      const double d = double{other(std::clamp(x + k % 2, 0, own.width() - 1),
-                                    std::clamp(y + k / 2, 0, own.height() - 1))};
-      // Farther than the point: seen past it, at an edge.
-      if (depth > 0 ? d == 0 || d >= (1 - kReprojected) * depth : !(d > 0)) return true;
+    int past = 0;
+    for (int k = 0; k < 16; ++k) {
+      const double d = double{other(std::clamp(x - 1 + k % 4, 0, own.width() - 1),
+                                    std::clamp(y - 1 + k / 4, 0, own.height() - 1))};
+      // Farther than the point, or the point itself.
+      past += depth > 0 ? d == 0 || d >= (1 - kReprojected) * depth : !(d > 0);
     }
-    return false;
+    return past == 0 ? Sight::kHidden : past == 16 ? Sight::kVisible : Sight::kAtEdge;
   }
 
   const DatasetFrame& frame_;

@@ -223,7 +223,7 @@ absl::StatusOr<ImageF> TraceProjector(const RenderScene& scene, const PinholeCam
 }
 
 absl::Status RenderInfrared(const RenderScene& scene, const StereoCamera& stereo,
-                            const v1::Rig& rig, const SampleStream streams[2],
+                            const v1::Rig& rig, const SampleStream streams[2], bool by_left,
                             const CancelToken& cancel, StereoFrame* frame) {
   View* views[2] = {&frame->left, &frame->right};
   ImageF projector[2];
@@ -240,7 +240,7 @@ absl::Status RenderInfrared(const RenderScene& scene, const StereoCamera& stereo
   for (int eye = 0; eye < 2; ++eye) {
     light[eye] = InfraredLight(views[eye]->radiance, projector[eye]);
   }
-  frame->infrared_exposure = AutomaticExposure(light[0], light[1]);
+  frame->infrared_exposure = AutomaticExposure(light[0], light[by_left ? 0 : 1]);
   for (int eye = 0; eye < 2; ++eye) {
     views[eye]->infrared = ToGrey(light[eye], frame->infrared_exposure);
   }

@@ -36,9 +36,10 @@ absl::StatusOr<ImageF> TraceProjector(const RenderScene& scene, const PinholeCam
                                       const SampleStream& stream, const CancelToken& cancel);
 
 // Fills `infrared` of both views, which have their radiance, and the frame's exposure for them.
-// `streams`: of the two eyes. Errors: as TraceProjector and DotPattern::Make.
+// `streams`: of the two eyes. `by_left`: exposes by the left picture alone, so that it is the same
+// beside any right one. Errors: as TraceProjector and DotPattern::Make.
 absl::Status RenderInfrared(const RenderScene& scene, const StereoCamera& stereo,
-                            const v1::Rig& rig, const SampleStream streams[2],
+                            const v1::Rig& rig, const SampleStream streams[2], bool by_left,
                             const CancelToken& cancel, StereoFrame* frame);
 
 }  // namespace parallax

@@ -136,9 +136,10 @@ class SceneRenderer final : public Renderer {
       kept_left_->view.masks = unmixed;
     }
     if (with_infrared_) {
-      const SampleStream streams[2] = {StreamOf(rig, 0, 5), StreamOf(rig, 1, 5)};
+      // A left eye that several rigs share has one picture.
+      const SampleStream streams[2] = {StreamOf(pairing.leader, 0, 5), StreamOf(rig, 1, 5)};
       RETURN_IF_ERROR(Timed(&frame.trace_s, [&] {
-        return RenderInfrared(*geometry_, stereo, rig, streams, cancel, &frame);
+        return RenderInfrared(*geometry_, stereo, rig, streams, pairing.shared(), cancel, &frame);
       }));
     }
     if (with_raw) {

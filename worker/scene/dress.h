@@ -21,6 +21,12 @@
 
 namespace parallax {
 
+// A thing of a scene that moves.
+struct Mover {
+  v1::SceneObject object;  // Its place and motion.
+  Box3f bounds;            // Object frame.
+};
+
 // A scene while it is being made: the recipe so far and, for types that make one, its solid twin
 // for ray queries. Body i of `solid` is object i of the recipe.
 struct SceneInProgress {
@@ -30,6 +36,7 @@ struct SceneInProgress {
   AssetPool pool;
   SceneSeed seed;
   OwnContent own;
+  std::vector<Mover> movers;  // `solid` has them at time 0.
   // Depth as which probes that leave the place count where rigs are chosen; 0: they see sky.
   double view_out_m = 0;
   std::string why_no_rigs;  // The reason for fewer rigs than wanted, if the type knows it.

@@ -75,7 +75,10 @@ class FloatingPlacer {
       object.set_role(v1::OBJECT_ROLE_FLOATING);
       object.set_relation("floating");
       *object.mutable_world_from_object() = ToProto(*pose);
-      if (motion) *object.mutable_motion() = *motion;
+      if (motion) {
+        *object.mutable_motion() = *motion;
+        scene_.movers.push_back({object, floater.bounds});
+      }
       scene_.solid.Add(floater.tree, pose->Affine());
       break;
     }

@@ -97,4 +97,21 @@ Pose PoseAbout(const Vec3d& middle, const Eigen::Quaterniond& rotation, double s
   return pose;
 }
 
+bool IsClearOfEyes(const RigView& view, double reach_m, double clearance_m, const Box3f& bounds,
+                   const Pose& pose) {
+  const Eigen::AlignedBox3d box(bounds.min().cast<double>(), bounds.max().cast<double>());
+  const Vec3d right = view.axes.col(0), middle = pose * box.center();
+  const double radius = pose.scale * box.diagonal().norm() / 2;
+  const double along = std::clamp(right.dot(middle - view.eye), 0.0, reach_m);
+  if ((middle - view.eye - along * right).norm() >= radius + clearance_m) return true;
+  // In steps of a part of the clearance.
+  const int steps = std::max(4, static_cast<int>(std::ceil(reach_m / (0.25 * clearance_m))));
+  const Pose object_from_world = pose.Inverse();
+  for (int s = 0; s <= steps; ++s) {
+    const Vec3d eye = view.eye + reach_m * s / steps * right;
+    if (pose.scale * box.exteriorDistance(object_from_world * eye) < clearance_m) return false;
+  }
+  return true;
+}
+
 }  // namespace parallax

@@ -41,4 +41,10 @@ struct RigView {
 Pose PoseAbout(const Vec3d& middle, const Eigen::Quaterniond& rotation, double scale,
                const Box3f& bounds);
 
+// Returns whether the box of an object (`bounds`: object frame) at `pose` is at least `clearance_m`
+// > 0 away from the left eye, from right eyes at baselines of up to `reach_m`, and from all
+// between.
+bool IsClearOfEyes(const RigView& view, double reach_m, double clearance_m, const Box3f& bounds,
+                   const Pose& pose);
+
 }  // namespace parallax

@@ -87,16 +87,8 @@ bool ViewGuard::Allows(const Box3f& bounds, const PoseInTime& pose_at) {
     const Pose object_from_world = pose.Inverse();
     const Vec3d middle = pose * box.center();
     const double radius = pose.scale * box.diagonal().norm() / 2;
-    // Between the eyes, in steps of a part of the clearance.
+    if (!IsClearOfEyes(view, reach_m_, clearance_m_, bounds, pose)) return false;
     const Vec3d right = view.axes.col(0);
-    const double along = std::clamp(right.dot(middle - view.eye), 0.0, reach_m_);
-    if ((middle - view.eye - along * right).norm() < radius + clearance_m_) {
-      const int steps = static_cast<int>(std::ceil(reach_m_ / (0.25 * clearance_m_)));
-      for (int s = 0; s <= steps; ++s) {
-        const Vec3d eye = view.eye + reach_m_ * s / std::max(steps, 1) * right;
-        if (pose.scale * box.exteriorDistance(object_from_world * eye) < clearance_m_) return false;
-      }
-    }
     Filled& asked = asked_[i];
     for (const double shift : {0.0, reach_m_}) {
       const Vec3d eye = view.eye + shift * right;

@@ -22,6 +22,8 @@ namespace fs = std::filesystem;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::StartsWith;
 using Json = nlohmann::ordered_json;
 
 class VerifyFlowTest : public ::testing::Test {
@@ -98,6 +100,19 @@ TEST_F(VerifyFlowTest, OcclusionThatTheNeighbourDoesNotShowIsFound) {
   mask(3, 4) = 7;
   Forge(name, *EncodePng(mask));
   EXPECT_THAT(Messages(), Contains(HasSubstr("(3, 4): 7, wanted 0, 128 or 255")));
+}
+
+// At so small a size, edges are a large part of all pixels.
+TEST_F(VerifyFlowTest, OcclusionOfASmallSequenceIsInOrder) {
+  SyntheticArchive archive;
+  archive.rigs = 4;
+  archive.sequence = true;
+  for (const int width_px : {24, 40, 64}) {
+    archive.width_px = width_px;
+    archive.height_px = width_px * 9 / 16;
+    MakeSyntheticArchive(dir_, archive);
+    EXPECT_THAT(Messages(), Not(Contains(StartsWith("flow ")))) << width_px;
+  }
 }
 
 TEST_F(VerifyFlowTest, AMotionThatIsNotThatOfThePosesIsFound) {

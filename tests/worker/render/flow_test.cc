@@ -222,6 +222,29 @@ TEST(SharedLeft, LeftPicturesAndMapsAreTheSameInWhicheverOrder) {
   }
 }
 
+TEST(SharedLeft, InfraredPicturesOfTheLeftEyeAreTheSame) {
+  TestScene test = SharedRoom();
+  v1::Projector projector;
+  projector.set_power_w(0.3);
+  projector.set_dots(2000);
+  projector.set_horizontal_fov_rad(1.2);
+  projector.set_vertical_fov_rad(1);
+  projector.set_dot_rad(0.004);
+  projector.set_place_m(0.03);
+  for (v1::Rig& rig : *test.recipe.mutable_rigs()) {
+    *rig.mutable_projector() = projector;
+    // The right eyes of large baselines see other light.
+    if (rig.shares_left()) rig.set_baseline_m(0.8);
+  }
+  v1::RenderConfig config = MakeConfig(2, 3, false, "preview");
+  config.add_maps("infrared");
+  const StereoFrame first = test::RenderFrame(test, config, test.recipe.rigs(0));
+  const StereoFrame second = test::RenderFrame(test, config, test.recipe.rigs(1));
+  EXPECT_EQ(first.left.infrared, second.left.infrared);
+  EXPECT_EQ(first.infrared_exposure, second.infrared_exposure);
+  EXPECT_NE(first.right.infrared, second.right.infrared);
+}
+
 TEST(SharedLeft, AFurtherRightEyeTracesHalfTheRays) {
   const TestScene test = SharedRoom();
   auto renderer = Renderer::Create(test.recipe, test.geometry, MakeConfig(4, 3, false, "preview"));

@@ -97,6 +97,57 @@ TEST(Dense, EveryKeyframePlacesAllObjectsAnewInTheViewOfItsRig) {
   EXPECT_EQ(tints.size(), 5u);
 }
 
+// The least distance of objects from the way between the eyes, over all keyframes.
+double NearestToEyes(const v1::SceneConfig& config, uint64_t seed, double reach_m) {
+  const v1::Scene scene = SceneOf(config, seed);
+  const SceneGeometry geometry = BuildSceneGeometry(scene).value();
+  double nearest = 1e9;
+  for (int k = 0; k < scene.rigs_size(); ++k) {
+    const Pose world_from_left = FromProto(scene.rigs(k).world_from_left());
+    for (int i = 0; i < scene.objects_size(); ++i) {
+      if (!scene.objects(i).part().empty()) continue;
+      const Pose pose = KeyframePose(scene.keyframes(k), i);
+      const Box3f bounds = geometry.meshes[static_cast<size_t>(i)].mesh->Bounds();
+      const Eigen::AlignedBox3d box(bounds.min().cast<double>(), bounds.max().cast<double>());
+      for (int s = 0; s <= 16; ++s) {
+        const Vec3d eye = world_from_left * Vec3d(reach_m * s / 16, 0, 0);
+        nearest = std::min(nearest, pose.scale * box.exteriorDistance(pose.Inverse() * eye));
+      }
+    }
+  }
+  return nearest;
+}
+
+TEST(Dense, NoCameraStandsInAThingNorNearerThanTheConfigSays) {
+  v1::SceneConfig config = SmallDense();
+  config.mutable_floating()->mutable_distance_m()->mutable_uniform()->set_low(0.5);
+  config.mutable_floating()->mutable_distance_m()->mutable_uniform()->set_high(4);
+  config.mutable_floating()->set_size_at_m(0);
+  for (const bool intersect : {false, true}) {
+    config.mutable_floating()->set_allow_intersections(intersect);
+    config.mutable_rigs()->set_min_distance_m(0.125);
+    EXPECT_GE(NearestToEyes(config, 3, 0.4), 0.124) << intersect;
+    config.mutable_rigs()->set_min_distance_m(0);
+    EXPECT_GT(NearestToEyes(config, 3, 0.4), 0.04) << intersect;
+  }
+  // Where no distance that may be drawn is far enough, too.
+  config.mutable_floating()->mutable_distance_m()->set_constant(0.5);
+  config.mutable_rigs()->set_min_distance_m(2);
+  EXPECT_GE(NearestToEyes(config, 3, 0.4), 1.999);
+}
+
+TEST(Dense, StreetsLeaveTheRightEyesOfAllBaselinesClear) {
+  v1::SceneConfig config = LoadSceneConfig("street").value();
+  config.mutable_floating()->mutable_count()->set_constant(60);
+  for (const char* name : {"Bowl", "Book"}) config.mutable_floating()->add_classes(name);
+  config.mutable_floating()->mutable_size_m()->set_constant(0.4);
+  config.mutable_floating()->mutable_distance_m()->mutable_uniform()->set_low(0.1);
+  config.mutable_floating()->mutable_distance_m()->mutable_uniform()->set_high(3);
+  config.mutable_rigs()->set_count(5);
+  for (const double baseline_m : {0.1, 2.0}) config.mutable_rigs()->add_baselines_m(baseline_m);
+  EXPECT_GE(NearestToEyes(config, 1, 2), 0.49);
+}
+
 TEST(Dense, MoreKeyframesOnlyAdd) {
   v1::SceneConfig config = SmallDense();
   config.mutable_rigs()->set_count(2);

@@ -92,6 +92,19 @@ TEST(RoomPath, WaysAreSmoothAndClear) {
   }
 }
 
+TEST(RoomPath, SlowFrameRatesFollowTheWayBetweenFrames) {
+  v1::SolveJob job = WayJob(1, 1, 12);
+  job.mutable_config()->mutable_rigs()->mutable_path()->set_fps(0.2);
+  int found = 0;
+  for (const uint64_t seed : {1, 2, 3}) {
+    job.set_scene_seed(seed);
+    const auto result = Solve(job, CancelToken());
+    ASSERT_TRUE(result.ok()) << result.status();
+    found += result->has_scene();
+  }
+  EXPECT_GE(found, 2);
+}
+
 TEST(RoomPath, SameJobGivesTheSameWays) {
   EXPECT_EQ(SolvedScene(WayJob(2, 1, 12)).SerializeAsString(),
             SolvedScene(WayJob(2, 1, 12)).SerializeAsString());
@@ -155,6 +168,40 @@ TEST(Motion, MovesSomeThingsClearOfCamerasAndOfAllElse) {
   const auto moving = std::count_if(scene.objects().begin(), scene.objects().end(),
                                     [](const auto& object) { return object.has_motion(); });
   EXPECT_GE(moving, 4);
+}
+
+TEST(Motion, NothingThatMovesSwallowsALamp) {
+  v1::SolveJob job = WayJob(1, 1, 24);
+  v1::SceneConfig& config = *job.mutable_config();
+  config.mutable_rigs()->mutable_path()->set_fps(4);
+  config.mutable_floating()->mutable_count()->set_constant(10);
+  config.mutable_floating()->mutable_motion()->set_p(1);
+  config.mutable_lighting()->mutable_point_lights()->set_constant(5);
+  int lamps = 0, movers = 0;
+  for (const uint64_t seed : {1, 2, 3}) {
+    job.set_scene_seed(seed);
+    const v1::Scene scene = SolvedScene(job);
+    const SceneGeometry geometry = BuildSceneGeometry(scene).value();
+    for (int i = 0; i < scene.objects_size(); ++i) {
+      const v1::SceneObject& object = scene.objects(i);
+      if (!object.has_motion()) continue;
+      ++movers;
+      const Box3f bounds = geometry.meshes[static_cast<size_t>(i)].mesh->Bounds();
+      const Eigen::AlignedBox3d box(bounds.min().cast<double>(), bounds.max().cast<double>());
+      for (const v1::Light& light : scene.lights()) {
+        if (light.kind() != v1::Light::KIND_POINT) continue;
+        ++lamps;
+        for (const v1::Rig& rig : scene.rigs()) {
+          const Pose pose = PoseAt(object, rig.time_s());
+          const Vec3d at = pose.Inverse() * FromProto(light.position_m());
+          EXPECT_GT(pose.scale * box.exteriorDistance(at), light.radius_m())
+              << object.name() << " of seed " << seed << " at " << rig.time_s() << " s";
+        }
+      }
+    }
+  }
+  EXPECT_GT(movers, 3);
+  EXPECT_GT(lamps, 10);
 }
 
 TEST(Motion, LeavesSceneWithoutItAsTheyAre) {

@@ -140,6 +140,33 @@ TEST(HouseSurroundings, TellRoomsFromWhatIsOutside) {
   EXPECT_EQ(around.bounds.max(), Vec3d(4, 3, 2.5));
 }
 
+TEST(HouseSurroundings, OpeningsInTheWallsBelongToTheHouse) {
+  v1::Place place = TwoRooms();
+  // A door in the masonry between the rooms, which both list.
+  v1::Opening door;
+  door.set_kind(v1::Opening::KIND_DOOR);
+  door.set_wall(1);
+  door.set_center_m(1);
+  door.set_width_m(0.9);
+  door.set_height_m(2);
+  door.set_leads_to(2);
+  door.set_depth_m(1);
+  *place.mutable_house()->mutable_rooms(0)->add_openings() = door;
+  door.set_wall(3);
+  door.set_leads_to(1);
+  door.set_mated(true);
+  *place.mutable_house()->mutable_rooms(1)->add_openings() = door;
+  const Surroundings around = HouseSurroundings(place);
+  EXPECT_FALSE(around.IsExterior({4.5f, 1, 1})) << "a leaf";
+  EXPECT_FALSE(around.IsExterior({4.5f, 1, 0.0035f})) << "the threshold";
+  EXPECT_FALSE(around.IsExterior({4.5f, 0.56f, 1})) << "the lining";
+  EXPECT_TRUE(around.IsExterior({4.5f, 1, 2.1f})) << "above the door";
+  EXPECT_TRUE(around.IsExterior({4.5f, 2, 1})) << "beside the door";
+  EXPECT_FALSE(around.IsExterior({9.1f, 1.5f, 1})) << "a window's frame";
+  EXPECT_FALSE(around.IsExterior({9.1f, 1.5f, 0.9f})) << "a window's sill";
+  EXPECT_TRUE(around.IsExterior({9.3f, 1.5f, 1})) << "in front of the window";
+}
+
 TEST(HouseSurroundings, LightComesThroughWindowsAndAMissingCeiling) {
   v1::Place place = TwoRooms();
   Surroundings around = HouseSurroundings(place);

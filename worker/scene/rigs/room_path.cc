@@ -57,8 +57,9 @@ struct WayShape {
 
 class RoomWays {
  public:
-  RoomWays(const v1::RigConfig& config, SceneInProgress& scene)
+  RoomWays(const v1::RigConfig& config, const CancelToken& cancel, SceneInProgress& scene)
       : config_(config),
+        cancel_(cancel),
         scene_(scene),
         bounds_(scene.surroundings.bounds),
         root_(scene.seed, "dress/paths"),
@@ -88,7 +89,7 @@ class RoomWays {
       shape.altitude_m = Draw(config_.altitude_m(), numbers.Uniform());
       shape.pitch_rad = Draw(config_.pitch_deg(), numbers.Uniform()) * kRadian;
       shape.speed_mps = Draw(config_.path().speed_mps(), numbers.Uniform());
-      for (uint64_t i = 0; i < kWayTries; ++i) {
+      for (uint64_t i = 0; i < kWayTries && !cancel_.cancelled(); ++i) {
         const std::vector<Stand> way = TryWay(stream.Child("try", i), shape, frames);
         if (way.empty()) continue;
         AddRigs(path, own, shape, way);
@@ -108,11 +109,17 @@ class RoomWays {
     if (const auto start = Start(rng.Child("start"), shape)) keys.push_back(*start);
     double heading = rng.Child("heading").Uniform() * 2 * std::numbers::pi;
     while (!keys.empty() && keys.size() < count) {
+      if (cancel_.cancelled()) return {};
       if (!GoOn(rng.Child("key", keys.size()), shape, key_s, &heading, &keys)) return {};
     }
     if (keys.empty()) return {};
-    std::vector<Stand> way = Smooth(keys, shape, key_s, frames);
-    return IsFree(way, shape) ? way : std::vector<Stand>();
+    // Between slow frames, the way is not straight: it is followed in pieces of a key's length.
+    const int parts =
+        std::max(1, static_cast<int>(std::ceil(1 / (config_.path().fps() * key_s) - 1e-9)));
+    const std::vector<Stand> points = Smooth(keys, shape, key_s, frames, parts);
+    std::vector<Stand> way;
+    for (size_t i = 0; i < points.size(); i += static_cast<size_t>(parts)) way.push_back(points[i]);
+    return IsFree(way, shape) && IsCurveFree(points, shape) ? way : std::vector<Stand>();
   }
 
   std::optional<Stand> Start(const Rng& rng, const WayShape& shape) const {
@@ -170,9 +177,10 @@ class RoomWays {
     return true;
   }
 
-  // A smooth curve through the keys at an even speed.
+  // A smooth curve through the keys at an even speed: the stands of all frames, and those that part
+  // the time between two into `parts`.
   std::vector<Stand> Smooth(const std::vector<Stand>& keys, const WayShape& shape, double key_s,
-                            int frames) const {
+                            int frames, int parts) const {
     std::vector<Vec3d> eyes;
     std::vector<double> yaws, pitches;
     for (const Stand& key : keys) {
@@ -182,8 +190,8 @@ class RoomWays {
     }
     const std::vector<double> lengths = CurveLengths(eyes);
     std::vector<Stand> way;
-    for (int i = 0; i < frames; ++i) {
-      const double time_s = i / config_.path().fps();
+    for (int i = 0; i <= (frames - 1) * parts; ++i) {
+      const double time_s = i / (config_.path().fps() * parts);
       const double at =
           lengths.back() > 1e-9 ? ParameterAt(lengths, shape.speed_mps * time_s) : time_s / key_s;
       way.push_back({CurveAt(eyes, at), CurveAt(yaws, at), CurveAt(pitches, at)});
@@ -222,11 +230,17 @@ class RoomWays {
         if (view.nearest_m < config_.min_distance_m() || view.sky > kViewSky) return false;
       }
       if (i == 0) continue;
-      if (!IsWayFree(way[i - 1], way[i], shape)) return false;
       const Eigen::AngleAxisd turn(
           CameraAxes(way[i - 1].yaw_rad, way[i - 1].pitch_rad).transpose() *
           CameraAxes(way[i].yaw_rad, way[i].pitch_rad));
       if (std::abs(turn.angle()) > most) return false;
+    }
+    return true;
+  }
+
+  bool IsCurveFree(const std::vector<Stand>& points, const WayShape& shape) const {
+    for (size_t i = 1; i < points.size(); ++i) {
+      if (!IsWayFree(points[i - 1], points[i], shape)) return false;
     }
     return true;
   }
@@ -301,6 +315,7 @@ class RoomWays {
   }
 
   const v1::RigConfig& config_;
+  const CancelToken& cancel_;
   SceneInProgress& scene_;
   const Eigen::AlignedBox3d bounds_;
   const Rng root_;
@@ -309,8 +324,8 @@ class RoomWays {
 
 }  // namespace
 
-void RoomPathRigs(const v1::RigConfig& config, SceneInProgress& scene) {
-  RoomWays(config, scene).Place();
+void RoomPathRigs(const v1::RigConfig& config, const CancelToken& cancel, SceneInProgress& scene) {
+  RoomWays(config, cancel, scene).Place();
 }
 
 }  // namespace parallax

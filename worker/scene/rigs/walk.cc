@@ -138,13 +138,16 @@ Walk WalkFinder::Draft(const WalkLand& land, const Rng& rng, const RigCamera& ca
   }
   Walk walk;
   walk.camera = camera;
-  for (int i = 0; i < frames_; ++i) {
-    const double key = step * i / kKey_m;
+  // Between frames that are far apart, the way is not straight.
+  const int parts = std::max(1, static_cast<int>(std::ceil(step / kKey_m)));
+  for (int i = 0; i <= (frames_ - 1) * parts; ++i) {
+    const double key = step * i / parts / kKey_m;
     Walk::Frame frame;
     frame.eye = {Smooth(x, key), Smooth(y, key), Smooth(ground, key) + altitude};
     frame.yaw_rad = Smooth(yaw, key);
     frame.pitch_rad = std::clamp(pitch + Smooth(tilt, key), 0.02, std::numbers::pi - 0.02);
-    walk.frames.push_back(frame);
+    walk.way.push_back(frame);
+    if (i % parts == 0) walk.frames.push_back(frame);
   }
   return walk;
 }
@@ -176,13 +179,13 @@ bool WalkFinder::Probe(const WalkLand& land, Walk& walk, std::string& reason) co
 bool WalkFinder::Clear(const RayScene& solid, const Walk& walk) const {
   const auto clearance = static_cast<float>(walks_.clearance_m());
   const auto eye = [&](size_t i, float t) -> Vec3f {
-    const Walk::Frame& frame = walk.frames[i];
+    const Walk::Frame& frame = walk.way[i];
     const Vec3d right = CameraAxes(frame.yaw_rad, frame.pitch_rad).col(0);
     return (frame.eye + static_cast<double>(t * reach_m_) * right).cast<float>();
   };
-  for (size_t i = 0; i < walk.frames.size(); ++i) {
+  for (size_t i = 0; i < walk.way.size(); ++i) {
     if (!SegmentClear(solid, eye(i, 0), eye(i, 1), clearance)) return false;
-    if (i + 1 == walk.frames.size()) break;
+    if (i + 1 == walk.way.size()) break;
     for (const float t : {0.0f, 0.5f, 1.0f}) {
       if (!SegmentClear(solid, eye(i, t), eye(i + 1, t), clearance)) return false;
     }
@@ -194,15 +197,14 @@ std::optional<Walk> WalkFinder::Try(const WalkLand& land, const Rng& rng, const 
   Walk walk = Draft(land, rng, camera);
   std::string reason;
   const auto steep = [&] {
-    for (size_t i = 0; i + 1 < walk.frames.size(); ++i) {
-      const Vec3d step = walk.frames[i + 1].eye - walk.frames[i].eye;
+    for (size_t i = 0; i + 1 < walk.way.size(); ++i) {
+      const Vec3d step = walk.way[i + 1].eye - walk.way[i].eye;
       if (std::abs(step.z()) > kSteepest * step.head<2>().norm() + 0.02) return true;
     }
     return false;
   };
   const auto wet = [&] {
-    return land.wet &&
-           std::any_of(walk.frames.begin(), walk.frames.end(), [&](const Walk::Frame& frame) {
+    return land.wet && std::any_of(walk.way.begin(), walk.way.end(), [&](const Walk::Frame& frame) {
              return land.wet(frame.eye.head<2>().cast<float>());
            });
   };

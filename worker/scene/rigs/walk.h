@@ -34,6 +34,7 @@ struct Walk {
     double yaw_rad = 0, pitch_rad = 0;
   };
   std::vector<Frame> frames;
+  std::vector<Frame> way;  // All frames and, where they are far apart, points between them.
   RigCamera camera;
   double far_share = 0;      // Share of frames in which nothing is nearer than 5 m, by probe rays.
   double log_depth_std = 0;  // Mean over frames.

@@ -19,6 +19,7 @@
 #include "worker/scene/glass_parts.h"
 #include "worker/scene/place_floating.h"
 #include "worker/scene/rigs/keyframes.h"
+#include "worker/scene/rigs/rig_camera.h"
 #include "worker/scene/types/dense/street.h"
 #include "worker/scene/warp.h"
 
@@ -28,6 +29,7 @@ namespace {
 constexpr int kDenseTries = 60;
 // Middles may lie this far (of half an image) outside of the view.
 constexpr double kMargin = 0.12;
+constexpr double kLeastClear_m = 0.05;  // No camera stands in a thing, whatever the config allows.
 
 struct DenseObject {
   std::shared_ptr<const TriangleTree> tree;
@@ -64,7 +66,11 @@ class DenseDresser {
  public:
   // `scene` has its rigs.
   DenseDresser(const v1::SceneConfig& config, SceneInProgress& scene)
-      : config_(config), scene_(scene), root_(scene.seed, "dense") {}
+      : config_(config),
+        scene_(scene),
+        root_(scene.seed, "dense"),
+        reach_m_(std::max(config.rigs().clearance_baseline_m(), LargestBaseline(config.rigs()))),
+        clearance_m_(std::max(kLeastClear_m, config.rigs().min_distance_m())) {}
 
   absl::Status MakeObjects(const CancelToken& cancel) {
     const v1::FloatingConfig& floating = config_.floating();
@@ -153,20 +159,15 @@ class DenseDresser {
     }
   }
 
-  // All objects are in every keyframe. One that finds no free place takes its last one: among
-  // hundreds nobody sees it, and the recipe keeps its shape.
+  // All objects are in every keyframe.
   std::vector<Placed> PlaceObjects(const Rng& root, v1::Rig& rig, v1::Keyframe& keyframe) const {
     const RigView view = RigView::Of(rig);
     std::vector<Placed> placed;
     double sum = 0, square = 0;
     for (size_t i = 0; i < objects_.size(); ++i) {
       Rng rng = root.Child("object", i);
-      Placed thing;
-      if (street() != nullptr) thing = AlongStreet(rng, view, i, placed);
-      for (int k = 0; k < kDenseTries && street() == nullptr; ++k) {
-        thing = Draft(rng, view, i);
-        if (config_.floating().allow_intersections() || IsFree(thing, placed)) break;
-      }
+      const Placed thing =
+          street() != nullptr ? AlongStreet(rng, view, i, placed) : InView(rng, view, i, placed);
       AddPose(thing.pose, keyframe);
       const double depth = view.axes.col(2).dot(thing.middle - view.eye);
       sum += depth;
@@ -177,6 +178,30 @@ class DenseDresser {
     const double n = static_cast<double>(std::max<size_t>(objects_.size(), 1));
     rig.set_depth_std_m(std::sqrt(std::max(0.0, square / n - sum / n * (sum / n))));
     return placed;
+  }
+
+  // An object that finds no free place takes the last one that leaves the eyes clear: among
+  // hundreds nobody sees what it meets, and the recipe keeps its shape.
+  Placed InView(Rng& rng, const RigView& view, size_t i, const std::vector<Placed>& placed) const {
+    std::optional<Placed> last;
+    Placed thing;
+    for (int k = 0; k < kDenseTries; ++k) {
+      thing = Draft(rng, view, i);
+      if (!IsClearOfEyes(view, reach_m_, clearance_m_, objects_[i].bounds, thing.pose)) continue;
+      if (config_.floating().allow_intersections() || IsFree(thing, placed)) return thing;
+      last = thing;
+    }
+    return last ? *last : PushedAway(thing, view);
+  }
+
+  // Farther away in its direction, until its bounding sphere leaves all eyes clear.
+  Placed PushedAway(Placed thing, const RigView& view) const {
+    const Vec3d way = thing.middle - view.eye;
+    const double distance = thing.radius_m + clearance_m_ + reach_m_;
+    const Vec3d shift = (distance / std::max(way.norm(), 1e-9) - 1) * way;
+    thing.middle += shift;
+    thing.pose.translation += shift;
+    return thing;
   }
 
   // On the street or beside it; far behind everything where it finds no place.
@@ -251,6 +276,7 @@ class DenseDresser {
   const v1::SceneConfig& config_;
   SceneInProgress& scene_;
   const Rng root_;
+  const double reach_m_, clearance_m_;  // The largest baseline; what is left free around the eyes.
   std::vector<DenseObject> objects_;
   uint32_t lefts_ = 0;  // Left eyes that have a keyframe.
 };

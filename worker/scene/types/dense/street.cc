@@ -144,15 +144,11 @@ Pose StreetPlacer::FarAway(const Box3f& bounds, double size_m, size_t number) co
 
 // By the oriented box, along the way from eye to eye.
 bool StreetPlacer::ClearOfEyes(const Box3f& bounds, const Pose& pose) const {
-  const Pose object_from_world = pose.Inverse();
-  const Eigen::AlignedBox3d box(bounds.min().cast<double>(), bounds.max().cast<double>());
-  const double clear = std::max({kClear_m, config_.rigs().min_distance_m(),
+  const v1::RigConfig& rigs = config_.rigs();
+  const double clear = std::max({kClear_m, rigs.min_distance_m(),
                                  kClearSizes * pose.scale * double{bounds.diagonal().maxCoeff()}});
-  for (int s = 0; s <= 4; ++s) {
-    const Vec3d eye = view_.eye + view_.baseline_m * s / 4 * view_.axes.col(0);
-    if (pose.scale * box.exteriorDistance(object_from_world * eye) < clear) return false;
-  }
-  return true;
+  const double reach = std::max(rigs.clearance_baseline_m(), LargestBaseline(rigs));
+  return IsClearOfEyes(view_, reach, clear, bounds, pose);
 }
 
 double StreetPlacer::GroundAt(double y) const {

@@ -102,7 +102,7 @@ absl::Status PlaceHouseRigs(const v1::SceneConfig& config, const CancelToken& ca
   RETURN_IF_ERROR(Stop(cancel));
   if (StandsInLandscape(config.room(), scene.seed)) scene.view_out_m = kViewOut_m;
   if (config.rigs().path().paths() > 0) {
-    RoomPathRigs(config.rigs(), scene);
+    RoomPathRigs(config.rigs(), cancel, scene);
   } else {
     BestSpreadRigs(config.rigs(), scene);
   }

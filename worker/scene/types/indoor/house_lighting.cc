@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "common/math/proto.h"
+#include "common/math/sequence.h"
 #include "worker/scene/types/indoor/dress_house.h"
 
 namespace parallax {
@@ -11,7 +12,20 @@ namespace {
 constexpr double kLightGap_m = 0.12;
 constexpr int kLampTries = 60;
 
-// Anywhere in the first room above knee height, clear of everything.
+// Whether something that moves comes nearer than `reach` in any frame, by its oriented box.
+bool MeetsMover(const SceneInProgress& scene, const Vec3d& at, double reach) {
+  return std::any_of(scene.movers.begin(), scene.movers.end(), [&](const Mover& mover) {
+    const Eigen::AlignedBox3d box(mover.bounds.min().cast<double>(),
+                                  mover.bounds.max().cast<double>());
+    return std::any_of(scene.recipe.rigs().begin(), scene.recipe.rigs().end(),
+                       [&](const v1::Rig& rig) {
+                         const Pose pose = PoseAt(mover.object, rig.time_s());
+                         return pose.scale * box.exteriorDistance(pose.Inverse() * at) < reach;
+                       });
+  });
+}
+
+// Anywhere in the first room above knee height, clear of everything at the time of every frame.
 std::optional<LightPlace> FindPlace(const SceneInProgress& scene, Rng& rng) {
   const Eigen::AlignedBox3d& bounds = scene.surroundings.bounds;
   const Vec3d size = bounds.sizes();
@@ -24,7 +38,8 @@ std::optional<LightPlace> FindPlace(const SceneInProgress& scene, Rng& rng) {
     const double y = rng.Uniform(0, size.y()), x = rng.Uniform(0, size.x());
     light.position = bounds.min() + Vec3d(x, y, z);
     const Vec3f at = light.position.cast<float>();
-    if (scene.solid.NearestDistance(at, reach) >= reach && !scene.solid.Inside(at)) return light;
+    if (scene.solid.NearestDistance(at, reach) < reach || scene.solid.Inside(at)) continue;
+    if (!MeetsMover(scene, light.position, static_cast<double>(reach))) return light;
   }
   return std::nullopt;
 }

@@ -4,6 +4,7 @@ namespace parallax {
 namespace {
 
 constexpr float kMargin_m = 1e-3f;
+constexpr float kFrame_m = 0.012f;
 
 Vec3d OriginOf(const v1::Room& room) {
   return {room.origin_x_m(), room.origin_y_m(), room.floor_z_m()};
@@ -61,6 +62,18 @@ Box3f InteriorOf(const v1::Room& room) {
           high.cast<float>() + Vec3f::Constant(kMargin_m)};
 }
 
+// The hole of an opening through its masonry: frame, lining, leaf and threshold are the house's.
+Box3f HoleOf(const v1::Room& room, const v1::Opening& opening) {
+  const SkyPortal portal = PortalOf(room, opening);
+  const Vec3f inner = portal.corner - portal.depth_m * portal.normal;
+  const float depth =
+      opening.depth_m() > 0 ? static_cast<float>(opening.depth_m()) : portal.depth_m;
+  Box3f hole(inner);
+  hole.extend(inner + portal.edge_u + portal.edge_v + depth * portal.normal);
+  // Frames reach a little into the masonry around them and out of its faces.
+  return {hole.min() - Vec3f::Constant(kFrame_m), hole.max() + Vec3f::Constant(kFrame_m)};
+}
+
 }  // namespace
 
 Surroundings HouseSurroundings(const v1::Place& place) {
@@ -73,6 +86,9 @@ Surroundings HouseSurroundings(const v1::Place& place) {
     if (i == 0) surroundings.bounds = {OriginOf(room), OriginOf(room) + SizeOf(room)};
     surroundings.enclosures.push_back(EnclosureOf(room, i == 0 && house.ceiling_removed()));
     surroundings.interiors.push_back(InteriorOf(room));
+    for (const v1::Opening& opening : room.openings()) {
+      if (!opening.mated()) surroundings.interiors.push_back(HoleOf(room, opening));
+    }
   }
   return surroundings;
 }

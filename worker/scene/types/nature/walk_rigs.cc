@@ -51,7 +51,7 @@ class WalkRigs {
         baselines_(scene.seed, "dress/rig"),
         walks_(std::clamp(config.nature().walk().walks(), 1, config.rigs().count())),
         frames_((config.rigs().count() + walks_ - 1) / walks_),
-        wanted_(static_cast<size_t>((config.rigs().count() + frames_ - 1) / frames_)) {}
+        wanted_(static_cast<size_t>(walks_)) {}
 
   // Leaves the recipe without rigs, and says why, where no walk is found.
   absl::Status Place(const CancelToken& cancel, std::string& why_not) {
@@ -213,7 +213,7 @@ class WalkRigs {
   // Returns false, and notes why, where that is too much.
   absl::StatusOr<bool> LeaveClear(const WalkFinder& finder, std::vector<const Walk*>& chosen) {
     recipe_.clear_rigs();
-    for (size_t k = 0; k < chosen.size(); ++k) AddRigs(*chosen[k], static_cast<uint32_t>(k) + 1);
+    for (size_t k = 0; k < chosen.size(); ++k) AddRigs(*chosen[k], static_cast<int>(k));
     const auto expansion = ExpandTerrain(land_, recipe_.rigs());
     const absl::Status fits =
         expansion.ok() ? CheckIndices(recipe_, **expansion) : expansion.status();
@@ -231,11 +231,12 @@ class WalkRigs {
     return true;
   }
 
-  void AddRigs(const Walk& walk, uint32_t path) {
-    int number = 0;
+  // Adds the frames of walk `k`: all walks share them evenly.
+  void AddRigs(const Walk& walk, int k) {
+    const int frames = config_.rigs().count() / walks_ + (k < config_.rigs().count() % walks_);
     const bool each = config_.nature().walk().baseline_per() == v1::WalkConfig::BASELINE_PER_FRAME;
-    for (const Walk::Frame& frame : walk.frames) {
-      if (recipe_.rigs_size() >= config_.rigs().count()) return;
+    for (int number = 0; number < frames; ++number) {
+      const Walk::Frame& frame = walk.frames[static_cast<size_t>(number)];
       const auto index = static_cast<uint32_t>(recipe_.rigs_size());
       Rng baseline = baselines_.Child("baseline", each ? index : 0);
       *recipe_.add_rigs() =
@@ -248,8 +249,8 @@ class WalkRigs {
                    .height_px = config_.rigs().height_px()});
       v1::Rig& rig = *recipe_.mutable_rigs(static_cast<int>(index));
       rig.set_depth_std_m(walk.log_depth_std);
-      rig.set_path(path);
-      rig.set_time_s(number++ / config_.nature().walk().fps());
+      rig.set_path(static_cast<uint32_t>(k) + 1);
+      rig.set_time_s(number / config_.nature().walk().fps());
       AddRawCameras(config_.rigs(), root_.Child("camera", 0), &rig);
     }
   }
@@ -258,8 +259,8 @@ class WalkRigs {
   v1::Scene& recipe_;
   v1::Terrain& land_;
   const Rng root_, baselines_;
-  const int walks_, frames_;  // As the config says; frames of each walk.
-  const size_t wanted_;       // Walks that all frames need.
+  const int walks_, frames_;  // As the config says; the most frames of a walk.
+  const size_t wanted_;       // Likewise, to compare with sizes.
   // Why a seed is rejected: the most walks that one place has, those that are blocked by what is
   // rendered, and the error of a place where too much would stand.
   size_t best_ = 0, blocked_ = 0;

@@ -26,17 +26,8 @@ const PlanRow& RowOf(const StudyPlan& plan, const std::string& name) {
                        [&](const PlanRow& row) { return row.name == name; });
 }
 
-// The paper's datasets, without trainings and held-out pairs.
-v1::StudySpec Table1Pairs() {
-  v1::StudySpec study = LoadStudy("table1").value();
-  study.clear_train();
-  study.clear_evaluate();
-  ResolveTraining(&study);
-  return study;
-}
-
 TEST(Plan, Table1SolvesEachSeedsRoomsOnceForAll13Variants) {
-  const StudyPlan plan = PlanStudy(Table1Pairs(), 1).value();
+  const StudyPlan plan = PlanStudy(LoadStudy("table1").value(), 1).value();
   ASSERT_EQ(plan.rows.size(), 13u);
   EXPECT_EQ(plan.total.pairs, 13 * 5000);
   EXPECT_EQ(plan.total.scenes, 13 * 250);
@@ -50,7 +41,7 @@ TEST(Plan, Table1SolvesEachSeedsRoomsOnceForAll13Variants) {
 }
 
 TEST(Plan, TheFirstVariantPaysForWhatTheNextShares) {
-  v1::StudySpec study = Table1Pairs();
+  v1::StudySpec study = LoadStudy("table1").value();
   study.set_pairs(40);
   const StudyPlan plan = PlanStudy(study, 1).value();
   const double first = RowOf(plan, "default").solve_core_s;
@@ -62,7 +53,7 @@ TEST(Plan, TheFirstVariantPaysForWhatTheNextShares) {
 }
 
 TEST(Plan, ATwinOfAVariantCostsNothing) {
-  v1::StudySpec study = Table1Pairs();
+  v1::StudySpec study = LoadStudy("table1").value();
   study.set_pairs(30);
   *study.add_variants() = study.variants(0);
   study.mutable_variants(13)->set_name("twin");
@@ -101,7 +92,7 @@ TEST(Plan, LandscapesArePricedByTheirBiomes) {
 }
 
 TEST(Plan, VariantsOfOtherSeedsShareNothing) {
-  v1::StudySpec study = Table1Pairs();
+  v1::StudySpec study = LoadStudy("table1").value();
   study.set_pairs(30);
   *study.add_variants() = study.variants(0);
   study.mutable_variants(13)->set_name("other");
@@ -113,7 +104,7 @@ TEST(Plan, VariantsOfOtherSeedsShareNothing) {
 }
 
 TEST(Plan, TrainingsAndEvaluationsHaveTheirPrice) {
-  v1::StudySpec study = Table1Pairs();
+  v1::StudySpec study = LoadStudy("table1").value();
   EXPECT_EQ(PlanStudy(study, 1)->training.trainings, 0);
   v1::TrainSpec& train = *study.mutable_train();
   train.set_seeds(3);
@@ -174,7 +165,7 @@ TEST(Plan, TheNetworkSeesLargePicturesReducedAndSmallOnesTwice) {
 }
 
 TEST(Plan, SamplesAndPixelsCostWhatTheySay) {
-  v1::StudySpec study = Table1Pairs();
+  v1::StudySpec study = LoadStudy("table1").value();
   study.mutable_variants()->DeleteSubrange(1, 12);
   v1::RenderConfig& render = *study.mutable_variants(0)->mutable_config()->mutable_render();
   render.set_denoise(v1::RenderConfig::DENOISE_OFF);
@@ -244,7 +235,7 @@ TEST(Plan, WallClockIsCoreTimeOverCoresUntilOneSceneIsTheLimit) {
 }
 
 TEST(Plan, AFactorScalesTimesOnly) {
-  const v1::StudySpec study = Table1Pairs();
+  const v1::StudySpec study = LoadStudy("table1").value();
   const StudyPlan one = PlanStudy(study, 1).value(), three = PlanStudy(study, 3).value();
   EXPECT_NEAR(three.total.solve_core_s, 3 * one.total.solve_core_s, 1e-6);
   EXPECT_NEAR(three.total.render_core_s, 3 * one.total.render_core_s, 1e-3);
@@ -258,7 +249,7 @@ class MeasuredFactorTest : public ::testing::Test {
     std::string name = fs::temp_directory_path() / "plan_XXXXXX";
     ASSERT_NE(mkdtemp(name.data()), nullptr);
     dir_ = name;
-    v1::StudySpec study = Table1Pairs();
+    v1::StudySpec study = LoadStudy("table1").value();
     study.set_rigs_per_scene(1);
     study.set_pairs(2);
     std::ofstream(dir_ + "/study.lock.yaml") << StudyToYaml(study);
@@ -278,7 +269,7 @@ class MeasuredFactorTest : public ::testing::Test {
 };
 
 TEST_F(MeasuredFactorTest, IsWhatPairsTookOverWhatIsForetold) {
-  v1::StudySpec study = Table1Pairs();
+  v1::StudySpec study = LoadStudy("table1").value();
   study.mutable_variants()->DeleteSubrange(1, 12);
   study.set_rigs_per_scene(1);
   study.set_pairs(1);

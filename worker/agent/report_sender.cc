@@ -148,7 +148,7 @@ class ReportSender::Impl {
     lock.unlock();
     v1::ReportReply reply;
     const absl::Status status = Call(context, it->report, &reply);
-    const bool done = status.ok() || status.code() == absl::StatusCode::kInvalidArgument;
+    const bool done = status.ok() || IsRefused(it->report, status);
     LogAnswer(it->report, status, reply);
     if (done) {
       const absl::Status removed = outbox_.Remove(it->report);
@@ -168,6 +168,13 @@ class ReportSender::Impl {
     lock.lock();
   }
 
+  // A result is worth to be sent again through a proxy that answers kUnimplemented for a while; an
+  // unread failure is not, because the coordinator gives up an attempt that no worker holds.
+  static bool IsRefused(const Report& report, const absl::Status& status) {
+    return absl::IsInvalidArgument(status) ||
+           (absl::IsUnimplemented(status) && std::holds_alternative<v1::FailRequest>(report.body));
+  }
+
   absl::Status Call(grpc::ClientContext& context, const Report& report, v1::ReportReply* reply) {
     if (const auto* complete = std::get_if<v1::CompleteRequest>(&report.body)) {
       return FromGrpc(coordinator_.Complete(&context, *complete, reply));
@@ -181,7 +188,7 @@ class ReportSender::Impl {
     names.job = report.attempt().job_id();
     names.attempt = report.attempt().fence();
     ScopedLogContext scope(names);
-    if (status.code() == absl::StatusCode::kInvalidArgument) {
+    if (IsRefused(report, status)) {
       LogError("coordinator refuses the report", {{"error", status}});
     } else if (!status.ok()) {
       LogWarning("report not answered yet", {{"error", status}});

@@ -1,6 +1,8 @@
 // Sends each report until it has a definitive answer: OK, ALREADY_DONE, STALE_FENCE, CANCELLED, or
-// the status kInvalidArgument. After any other status it backs off and tries again. Each report has
-// its own back-off, so that a report that the coordinator can't process does not delay the others.
+// the status kInvalidArgument; for the report of a failure also kUnimplemented, which gRPC answers
+// to a message that can't be read. After any other status it backs off and tries again. Each report
+// has its own back-off, so that a report that the coordinator can't process does not delay the
+// others.
 #pragma once
 
 #include <functional>

@@ -144,6 +144,7 @@ TEST_F(AgentTest, EveryDefinitiveAnswerEndsAReportAndNoOtherDoes) {
       {v1::REPORT_OUTCOME_OK, grpc::StatusCode::INTERNAL, false},
       {v1::REPORT_OUTCOME_OK, grpc::StatusCode::RESOURCE_EXHAUSTED, false},
       {v1::REPORT_OUTCOME_OK, grpc::StatusCode::NOT_FOUND, false},
+      {v1::REPORT_OUTCOME_OK, grpc::StatusCode::UNIMPLEMENTED, false},
   };
   StartAgent();
   int64_t job = 0;
@@ -170,6 +171,15 @@ TEST_F(AgentTest, EveryDefinitiveAnswerEndsAReportAndNoOtherDoes) {
   agent_->Drain();
   JoinAgent();
   EXPECT_EQ(ReportsOnDisk(), 0);
+}
+
+TEST_F(AgentTest, AFailureThatTheCoordinatorCannotReadIsNotSentForEver) {
+  coordinator_.Change([](auto& how) { how.report_status = grpc::StatusCode::UNIMPLEMENTED; });
+  StartAgent();
+  coordinator_.Offer(RenderLease(7, 42, {}));
+  ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.fails.size() == 1; }));
+  ASSERT_TRUE(WaitForEmptyOutbox());
+  EXPECT_EQ(coordinator_.seen().fails.size(), 1u);
 }
 
 TEST_F(AgentTest, TakesNoNewWorkWhileTooManyReportsWait) {

@@ -171,7 +171,7 @@ class JobQueue {
   // study; kFailedPrecondition for more than the user's limits allow, naming the limit.
   absl::StatusOr<v1::SubmitReply> Submit(const v1::SubmitRequest& request, std::string_view actor);
   // Cancels a study: its unfinished jobs become CANCELLED, and running attempts are told to stop.
-  // Idempotent. Errors: kNotFound.
+  // Idempotent. Errors: kNotFound; kFailedPrecondition if it has succeeded or failed.
   absl::Status Cancel(StudyId study, std::string_view reason, std::string_view actor);
   // Pause stops new leases of a study's jobs; running attempts continue. Resume ends the pause.
   absl::Status Pause(StudyId study, std::string_view reason, std::string_view actor);

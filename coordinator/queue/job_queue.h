@@ -240,8 +240,9 @@ class JobQueue {
 
   // ---- Reads: own connections, consistent snapshots, never wait for the writer
   absl::StatusOr<v1::StudyStatus> GetStudy(StudyId study);  // With spec.
-  // Returns studies, the newest first; with `before`, only those with smaller ids.
-  absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before = 0);
+  // Returns studies, the newest first; with `before`, only those with smaller ids. limit <= 10,000.
+  absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before = 0,
+                                                           bool only_unfinished = false);
   // `state` empty: jobs that need a look first, then by progress. A page goes on behind the last
   // job of the one before (after_job, after_state). limit <= 10,000. kNotFound for an after_job
   // that there is not.

@@ -21,6 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kAuthorityDays = 3650;
+constexpr char kServerFolder[] = "server";  // In the folder of the farm.
 
 absl::Status WritePrivate(const std::string& path, const std::string& bytes) {
   const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
@@ -62,16 +63,19 @@ std::vector<FileToMake> IdentityFiles(const KeyPair& authority, const KeyPair& o
           {"tls.key", own.key_pem}};
 }
 
-std::vector<std::string> HostsOf(const InitOptions& options) {
-  std::vector<std::string> hosts = options.hosts;
-  char name[256] = "";
-  if (gethostname(name, sizeof name - 1) == 0 && name[0] != '\0') hosts.push_back(name);
-  for (const char* local : {"localhost", "127.0.0.1", "::1"}) hosts.push_back(local);
-  std::vector<std::string> unique;
-  for (const std::string& host : hosts) {
-    if (std::count(unique.begin(), unique.end(), host) == 0) unique.push_back(host);
+void AddHosts(const std::vector<std::string>& more, std::vector<std::string>& hosts) {
+  for (const std::string& host : more) {
+    if (std::count(hosts.begin(), hosts.end(), host) == 0) hosts.push_back(host);
   }
-  return unique;
+}
+
+std::vector<std::string> HostsOf(const InitOptions& options) {
+  std::vector<std::string> hosts;
+  AddHosts(options.hosts, hosts);
+  char name[256] = "";
+  if (gethostname(name, sizeof name - 1) == 0 && name[0] != '\0') AddHosts({name}, hosts);
+  AddHosts({"localhost", "127.0.0.1", "::1"}, hosts);
+  return hosts;
 }
 
 std::string Join(const std::vector<std::string>& texts) {
@@ -96,10 +100,12 @@ absl::Status Check(const InitOptions& options) {
   if (!has_authority && has_server) {
     return FailedPrecondition("{} has a server's certificate but no authority (ca/)", dir);
   }
-  if (has_server && !options.hosts.empty()) {
+  const bool renews_server =
+      std::count(options.renew.begin(), options.renew.end(), kServerFolder) > 0;
+  if (has_server && !options.hosts.empty() && !renews_server) {
     return AlreadyExists(
-        "{}/server is there already; remove it and run this again for a certificate with other "
-        "hosts",
+        "{}/server is there already; --renew server --host NAME makes its certificate anew with "
+        "this host too",
         dir);
   }
   const bool has_more_to_do =
@@ -157,8 +163,10 @@ absl::Status Renew(const InitOptions& options, const std::string& folder, const 
   ASSIGN_OR_RETURN(const std::string pem, ReadFile(place + "/tls.crt", 1 << 20));
   ASSIGN_OR_RETURN(const CertificateFacts facts, ReadCertificate(pem));
   const CertificateOrder order{.name = facts.name, .now_unix_s = now_s, .days = options.days};
+  std::vector<std::string> hosts = facts.hosts;
+  AddHosts(options.hosts, hosts);
   absl::StatusOr<KeyPair> own = facts.role ? IssueClient(authority, order, *facts.role)
-                                           : IssueServer(authority, order, facts.hosts);
+                                           : IssueServer(authority, order, hosts);
   RETURN_IF_ERROR(own.status());
   std::vector<FileToMake> files = IdentityFiles(authority, *own);
   for (const char* kept : {"http.token", kRevokedFile}) {

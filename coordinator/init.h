@@ -21,7 +21,8 @@ namespace parallax {
 
 struct InitOptions {
   std::string dir;
-  // Names and addresses of the coordinator, beside this machine's own.
+  // Names and addresses of the coordinator, beside this machine's own; with `renew` of "server",
+  // beside those that its certificate has.
   std::vector<std::string> hosts;
   std::vector<std::pair<std::string, std::string>> issue;  // Roles and names of new certificates.
   // Folders of DIR ("server", "worker-pool") whose certificates are first put on the coordinator's
@@ -33,8 +34,9 @@ struct InitOptions {
 
 // Makes the authority and the server's folder if they are absent, and a folder for each `issue`.
 // Lists on `out` what it made. A renewed folder replaces the old one as a whole. Errors:
-// kAlreadyExists for a folder of `issue` that exists, kNotFound for a missing folder of `renew` or
-// `revoke`, both before anything is written; kInvalidArgument for bad roles, names and hosts.
+// kAlreadyExists for a folder of `issue` that exists, and for `hosts` of a server that exists and
+// is not renewed; kNotFound for a missing folder of `renew` or `revoke`, both before anything is
+// written; kInvalidArgument for bad roles, names and hosts.
 absl::Status InitFarm(const InitOptions& options, Clock& clock, std::ostream& out);
 
 }  // namespace parallax

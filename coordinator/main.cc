@@ -32,6 +32,7 @@ constexpr char kInitFooter[] = R"(Examples:
   coordinator init farm-tls --host farm.example.org --issue worker pool --issue submitter ada
   coordinator init farm-tls --issue read-only dashboard      later, with the same authority
   coordinator init farm-tls --renew server --renew worker-pool     before they expire; then restart
+  coordinator init farm-tls --renew server --host other.example.org   one more name; then restart
   coordinator init farm-tls --revoke submitter-ada                 at once, no restart
 
   coordinator serve ... --listen 0.0.0.0:7070 --tls farm-tls/server
@@ -40,8 +41,8 @@ constexpr char kInitFooter[] = R"(Examples:
 
 Roles: worker does jobs; submitter submits studies and steers its own; operator steers all and reads the audit;
 read-only looks and fetches. Nothing is overwritten but by --renew.
-The list of revoked certificates is farm-tls/server/revoked: copy it to the coordinator's --tls folder if that is another
-one. Calls are checked as they begin; what a worker has under way ends when its connection does.
+The list of revoked certificates is farm-tls/server/revoked: copy it to the coordinator's --tls folder, or to the file of
+its --revoked, if that is another one. Calls are checked as they begin; what a worker has under way ends when its connection does.
 )";
 
 struct CommandLine {
@@ -118,6 +119,12 @@ void DeclareSecurity(CLI::App& serve, ServeOptions& options) {
                   "addresses are encrypted, and callers need a certificate")
       ->envname("PARALLAX_TLS")
       ->type_name("DIR");
+  serve
+      .add_option(
+          "--revoked", options.revoked,
+          "List of revoked certificates, which may change while it serves (default: revoked "
+          "in the folder of --tls)")
+      ->type_name("FILE");
   serve.add_flag("--insecure", options.insecure,
                  "Allow other addresses than this machine's, without encryption");
 }

@@ -97,6 +97,7 @@ CoordinatorServerOptions ServerOptionsOf(const ServeOptions& options, const RpcS
   CoordinatorServerOptions server;
   server.listen = options.listen;
   server.security = security;
+  server.revoked = options.revoked;
   server.store_uri = store.Uri();
   server.store = &store;
   server.store_access = AccessOf(options.store_access);
@@ -111,6 +112,7 @@ HttpServerOptions HttpOptionsOf(const ServeOptions& options, const RpcSecurity& 
   HttpServerOptions http;
   http.listen = options.http;
   http.security = security;
+  http.revoked = options.revoked;
   http.store_uri = store.Uri();
   http.db_path = options.db;
   http.store = &store;

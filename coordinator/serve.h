@@ -19,6 +19,7 @@ struct ServeOptions {
   std::string http;  // "HOST:PORT" of the HTTP server; empty: none.
   bool insecure = false;
   std::string tls_dir;                // Folder with the coordinator's certificate; empty: none.
+  std::string revoked;                // List of revoked certificates; empty: the one in `tls_dir`.
   std::string store_access = "auto";  // "direct", "stream", "auto"
   bool trust_workers = false;         // Publish results without checking their files.
   double lease_s = 60;

@@ -141,8 +141,9 @@ absl::Status ExplainTheirs(const Handshake& handshake, const std::string& who,
       return absl::OkStatus();
     case X509_V_ERR_CERT_HAS_EXPIRED:
       return Unauthenticated(
-          "{} shows a certificate that expired on {}; its operator makes a new one: remove its "
-          "folder DIR/server, run `coordinator init DIR` and start it again",
+          "{} shows a certificate that expired on {}; its operator makes a new one with "
+          "`coordinator "
+          "init DIR --renew server` and starts it again",
           who, DateOf(handshake.theirs.not_after_unix_s));
     case X509_V_ERR_CERT_NOT_YET_VALID:
       return Unauthenticated(
@@ -152,7 +153,7 @@ absl::Status ExplainTheirs(const Handshake& handshake, const std::string& who,
     case X509_V_ERR_IP_ADDRESS_MISMATCH:
       return Unauthenticated(
           "{} shows a certificate for {} and not for {}; connect by one of these names, or have "
-          "its certificate made with `coordinator init DIR --host {}`",
+          "its certificate made anew with `coordinator init DIR --renew server --host {}`",
           who, Join(handshake.theirs.hosts), address.host, address.host);
     default:
       return Unauthenticated(

@@ -46,6 +46,31 @@ std::string PrintableLines(const std::string& message) {
   return lines;
 }
 
+// "12 (table1), 11 (baseline)..." for a message.
+std::string SomeOf(const v1::ListStudiesReply& list) {
+  constexpr int kShown = 5;
+  std::string known;
+  const int shown = std::min(list.studies_size(), kShown);
+  for (int i = 0; i < shown; ++i) {
+    known += fmt::format("{}{} ({})", i > 0 ? ", " : "", list.studies(i).study_id(),
+                         list.studies(i).name());
+  }
+  return list.studies_size() > shown ? known + "..." : known;
+}
+
+// A coordinator can't read a message with a text that is not UTF-8.
+template <typename Request>
+absl::Status CheckTexts(const Request& request) {
+  absl::Status status;
+  Request copy = request;
+  ChangeTexts(&copy, [&](const std::string& field, std::string* text) {
+    if (status.ok() && !IsUtf8(*text)) {
+      status = InvalidArgument("{} {} is not UTF-8", field, Quoted(*text));
+    }
+  });
+  return status;
+}
+
 }  // namespace
 
 struct Connection::Stub {
@@ -71,6 +96,7 @@ absl::StatusOr<std::unique_ptr<Connection>> Connection::Open(const std::string& 
 
 template <typename Request, typename Reply, typename Method>
 absl::StatusOr<Reply> Connection::Call(Method method, const Request& request) {
+  RETURN_IF_ERROR(CheckTexts(request));
   grpc::ClientContext context;
   SetRpcTimeout(context, kTimeout);
   Reply reply;
@@ -106,20 +132,28 @@ absl::StatusOr<v1::SubmitReply> Connection::Submit(const v1::SubmitRequest& requ
   return Call<v1::SubmitRequest, v1::SubmitReply>(&v1::Coordinator::Stub::Submit, request);
 }
 
+absl::StatusOr<v1::ListStudiesReply> Connection::StudiesBefore(int64_t before, int limit) {
+  v1::ListStudiesRequest request;
+  request.set_before(before);
+  request.set_limit(limit);
+  ASSIGN_OR_RETURN(v1::ListStudiesReply page, (Call<v1::ListStudiesRequest, v1::ListStudiesReply>(
+                                                  &v1::Coordinator::Stub::ListStudies, request)));
+  // An earlier coordinator knows no `before` and begins anew.
+  if (before > 0 && !page.studies().empty() && page.studies(0).study_id() >= before) {
+    page.clear_studies();
+  }
+  return page;
+}
+
 absl::StatusOr<v1::ListStudiesReply> Connection::ListStudies(int limit) {
   const int wanted = limit > 0 ? limit : kStudiesUnlessTold;
-  v1::ListStudiesRequest request;
   v1::ListStudiesReply all;
+  int64_t before = 0;
   while (all.studies_size() < wanted) {
-    request.set_limit(wanted - all.studies_size());
-    ASSIGN_OR_RETURN(v1::ListStudiesReply page, (Call<v1::ListStudiesRequest, v1::ListStudiesReply>(
-                                                    &v1::Coordinator::Stub::ListStudies, request)));
-    // An earlier coordinator knows no `before` and begins anew.
-    if (page.studies().empty() ||
-        (request.before() > 0 && page.studies(0).study_id() >= request.before())) {
-      break;
-    }
-    request.set_before(page.studies(page.studies_size() - 1).study_id());
+    ASSIGN_OR_RETURN(const v1::ListStudiesReply page,
+                     StudiesBefore(before, wanted - all.studies_size()));
+    if (page.studies().empty()) break;
+    before = page.studies(page.studies_size() - 1).study_id();
     all.mutable_studies()->MergeFrom(page.studies());
   }
   return all;
@@ -277,21 +311,19 @@ absl::StatusOr<v1::StudyStatus> Connection::FindStudy(const std::string& id_or_n
     absl::StatusOr<v1::StudyStatus> study = GetStudy(id);
     if (!absl::IsNotFound(study.status())) return study;
   }
-  ASSIGN_OR_RETURN(const v1::ListStudiesReply list, ListStudies());
-  const v1::StudyStatus* newest = nullptr;
-  for (const v1::StudyStatus& study : list.studies()) {
-    if (study.name() != id_or_name) continue;
-    if (newest == nullptr || study.study_id() > newest->study_id()) newest = &study;
-  }
-  // Only GetStudy gives the whole status.
-  if (newest != nullptr) return GetStudy(newest->study_id());
   std::string known;
-  const int shown = std::min(list.studies_size(), 5);
-  for (int i = 0; i < shown; ++i) {
-    known += fmt::format("{}{} ({})", i > 0 ? ", " : "", list.studies(i).study_id(),
-                         list.studies(i).name());
+  for (int64_t before = 0;;) {
+    ASSIGN_OR_RETURN(const v1::ListStudiesReply list, StudiesBefore(before, kStudiesUnlessTold));
+    if (list.studies().empty()) break;
+    if (before == 0) known = SomeOf(list);
+    before = list.studies(list.studies_size() - 1).study_id();
+    int64_t newest = 0;
+    for (const v1::StudyStatus& study : list.studies()) {
+      if (study.name() == id_or_name) newest = std::max(newest, study.study_id());
+    }
+    // Only GetStudy gives the whole status.
+    if (newest != 0) return GetStudy(newest);
   }
-  if (list.studies_size() > shown) known += "...";
   return NotFound("no study '{}' at {}{}", id_or_name, address_,
                   known.empty() ? "; nothing has been submitted there" : "; there are " + known);
 }

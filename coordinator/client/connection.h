@@ -33,8 +33,9 @@ class Connection {
 
   // The RPCs of the service; see service.proto. Texts of replies are made printable
   // (common/base/names.h). Long lists are fetched in several calls.
-  // Errors of all: kUnavailable that says how to start a coordinator, if there is none;
-  // kDeadlineExceeded if it does not answer in time; else the coordinator's own.
+  // Errors of all: kInvalidArgument for a text that is not UTF-8; kUnavailable that says how to
+  // start a coordinator, if there is none; kDeadlineExceeded if it does not answer in time; else
+  // the coordinator's own.
   absl::StatusOr<v1::SubmitReply> Submit(const v1::SubmitRequest& request);
   absl::StatusOr<v1::ListStudiesReply> ListStudies(int limit = 0);
   absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study_id);
@@ -70,6 +71,9 @@ class Connection {
  private:
   struct Stub;
   Connection(RpcAddress address, RpcSecurity security, std::unique_ptr<Stub> stub);
+  // Returns at most `limit` studies with ids below `before` (0: any), the newest first; the
+  // coordinator may give fewer. Errors: as all.
+  absl::StatusOr<v1::ListStudiesReply> StudiesBefore(int64_t before, int limit);
   template <typename Request, typename Reply, typename Method>
   absl::StatusOr<Reply> Call(Method method, const Request& request);
 

@@ -84,13 +84,22 @@ absl::StatusOr<std::unique_ptr<EmbeddedRun>> EmbeddedRun::Open(const EmbeddedRun
   return run;
 }
 
-absl::Status EmbeddedRun::EnterStudy() {
+absl::StatusOr<v1::StudyStatus> EmbeddedRun::SubmitStudy() {
+  const std::string key = IdempotencyKey(options_.study);
   v1::SubmitRequest request;
   *request.mutable_study() = options_.study;
-  request.set_idempotency_key(IdempotencyKey(options_.study));
-  ASSIGN_OR_RETURN(const v1::SubmitReply reply, connection_->Submit(request));
-  study_id_ = reply.study_id();
-  ASSIGN_OR_RETURN(const v1::StudyStatus study, connection_->GetStudy(study_id_));
+  // A cancelled study can't go on. Another takes its place and reuses its results.
+  for (int again = 0;; ++again) {
+    request.set_idempotency_key(again == 0 ? key : fmt::format("{} again {}", key, again));
+    ASSIGN_OR_RETURN(const v1::SubmitReply reply, connection_->Submit(request));
+    ASSIGN_OR_RETURN(v1::StudyStatus study, connection_->GetStudy(reply.study_id()));
+    if (!reply.existed() || study.state() != v1::STUDY_STATE_CANCELLED) return study;
+  }
+}
+
+absl::Status EmbeddedRun::EnterStudy() {
+  ASSIGN_OR_RETURN(const v1::StudyStatus study, SubmitStudy());
+  study_id_ = study.study_id();
   fresh_before_ = FreshPairs(study);
   if (study.state() == v1::STUDY_STATE_PAUSED) {
     RETURN_IF_ERROR(connection_->Resume(study_id_, "run again").status());
@@ -189,6 +198,7 @@ absl::StatusOr<RunReport> EmbeddedRun::Work() {
   }
   report.trainings = results_->trainings();
   report.evaluations = results_->evaluations();
+  report.score_files = results_->score_files();
   report.elapsed_s = end_s - start_s;
   report.core_seconds = own_cpu_used_s + (pool_ == nullptr ? 0 : pool_->cpu_seconds());
   report.worker_crashes = pool_ == nullptr ? 0 : pool_->crashes();

@@ -53,6 +53,8 @@ class EmbeddedRun {
  private:
   EmbeddedRun(const EmbeddedRunOptions& options, const OutDir& out_dir, Environment& environment);
 
+  // Finds the study among those of this folder, or submits it. Errors: the connection's.
+  absl::StatusOr<v1::StudyStatus> SubmitStudy();
   absl::Status EnterStudy();
   absl::Status StandAlone();  // Pauses other studies of this folder.
   absl::Status StartWorkers();

@@ -42,18 +42,16 @@ std::map<std::string, int64_t> StepsByHash(const std::string& out_dir) {
   return steps;
 }
 
-absl::Status AddPoints(const std::string& dir, const std::map<std::string, int64_t>& steps,
-                       std::vector<Point>& points) {
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(dir, error)) {
-    if (entry.path().extension() != ".jsonl") continue;
-    ASSIGN_OR_RETURN(const Evaluation one, ReadEvaluation(entry.path()));
+std::vector<Point> PointsOf(const std::vector<Evaluation>& evaluations,
+                            const std::map<std::string, int64_t>& steps) {
+  std::vector<Point> points;
+  for (const Evaluation& one : evaluations) {
     const auto step = steps.find(one.run.checkpoint);
     if (!one.run.seed || step == steps.end()) continue;
     points.push_back({one.benchmark, MetricName(one.headline), one.run.variant, one.run.trainer,
                       *one.run.seed, step->second, FigureOf(one.headline, one)});
   }
-  return absl::OkStatus();
+  return points;
 }
 
 std::string Csv(const std::vector<Point>& points) {
@@ -163,14 +161,10 @@ absl::Status Draw(const std::vector<Point>& points, const std::string& benchmark
 
 }  // namespace
 
-absl::Status WriteLearningCurves(const std::string& out_dir) {
-  std::error_code error;
-  if (!fs::is_directory(out_dir + "/curves", error)) return absl::OkStatus();
-  const std::map<std::string, int64_t> steps = StepsByHash(out_dir);
-  std::vector<Point> points;
-  RETURN_IF_ERROR(AddPoints(out_dir + "/curves", steps, points));
+absl::Status WriteLearningCurves(const std::string& out_dir,
+                                 const std::vector<Evaluation>& evaluations) {
+  std::vector<Point> points = PointsOf(evaluations, StepsByHash(out_dir));
   if (points.empty()) return absl::OkStatus();
-  RETURN_IF_ERROR(AddPoints(out_dir + "/scores", steps, points));
   std::sort(points.begin(), points.end(), [](const Point& a, const Point& b) {
     return std::tie(a.benchmark, a.set, a.trainer, a.seed, a.step) <
            std::tie(b.benchmark, b.set, b.trainer, b.seed, b.step);

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
+#include <set>
 #include <string>
 
 #include "coordinator/client/terminal.h"
@@ -23,6 +24,7 @@ struct RunReport {
   std::string histograms;
   double warp_median_difference = -1;
   int trainings = 0, evaluations = 0;  // Numbers in the folder.
+  std::set<std::string> score_files;   // See StudyResults.
   std::string table;                   // Text of table.txt; empty: there are no scores.
 };
 

@@ -10,6 +10,7 @@
 #include "common/base/names.h"
 #include "common/base/version.h"
 #include "common/config/config.h"
+#include "common/config/limits.h"
 #include "common/config/rig_counts.h"
 #include "common/config/training.h"
 #include "common/store/content.h"
@@ -101,6 +102,10 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
   for (const auto& option : positives) {
     if (option.value && *option.value < 1) {
       return InvalidArgument("{}: {} was given, at least 1 is needed", option.name, *option.value);
+    }
+    if (option.value && *option.value > kMaxPairs) {
+      return InvalidArgument("{}: {} was given, at most {} is allowed", option.name, *option.value,
+                             kMaxPairs);
     }
   }
   // The pairs that are held out follow from the rest; the options do not change their number.

@@ -14,7 +14,6 @@
 #include "common/base/names.h"
 #include "common/config/training.h"
 #include "common/store/store.h"
-#include "worker/evaluate/scores.h"
 
 namespace parallax::client {
 namespace {
@@ -148,8 +147,7 @@ absl::Status StudyResults::AddScores(const ResultName& name, const std::string& 
   if (name.checkpoint < name.checkpoints) {
     RETURN_IF_ERROR(MakeFolder(out_dir_ + "/curves"));
     file += fmt::format(".{}-of-{}", name.checkpoint, name.checkpoints);
-    return WriteFileAtomically(out_dir_ + "/curves/" + file + ".jsonl",
-                               EncodeEvaluation(evaluation));
+    return WriteScores("/curves/" + file, evaluation);
   }
   RETURN_IF_ERROR(MakeFolder(out_dir_ + "/scores"));
   RETURN_IF_ERROR(MakeFolder(out_dir_ + "/sheets"));
@@ -158,7 +156,13 @@ absl::Status StudyResults::AddScores(const ResultName& name, const std::string& 
     RETURN_IF_ERROR(
         Place(from + "/sheet.png", out_dir_ + "/sheets/" + file + ".png", entry.sha256()));
   }
-  return WriteFileAtomically(out_dir_ + "/scores/" + file + ".jsonl", EncodeEvaluation(evaluation));
+  return WriteScores("/scores/" + file, evaluation);
+}
+
+absl::Status StudyResults::WriteScores(const std::string& name, const Evaluation& evaluation) {
+  const std::string path = out_dir_ + name + ".jsonl";
+  score_files_.insert(path);
+  return WriteFileAtomically(path, EncodeEvaluation(evaluation));
 }
 
 }  // namespace parallax::client

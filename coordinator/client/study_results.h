@@ -12,12 +12,14 @@
 
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "common/base/status.h"
 #include "coordinator/client/connection.h"
 #include "coordinator/client/store_reader.h"
 #include "parallax/v1/study.pb.h"
+#include "worker/evaluate/scores.h"
 
 namespace parallax::client {
 
@@ -42,6 +44,9 @@ class StudyResults {
   // connection's, the store's and the disk's.
   absl::Status CatchUp(Connection& connection, int64_t study_id, bool only_scores = false);
 
+  // Paths of this study's score files, also those of checkpoints before the last. The folder may
+  // hold others: of a study that had more seeds.
+  const std::set<std::string>& score_files() const { return score_files_; }
   int trainings() const { return trainings_; }  // This study's, in the folder.
   int evaluations() const { return evaluations_; }
 
@@ -53,11 +58,13 @@ class StudyResults {
                            const v1::JobResult& result);
   absl::Status AddScores(const ResultName& name, const std::string& from,
                          const v1::JobResult& result);
+  absl::Status WriteScores(const std::string& name, const Evaluation& evaluation);
 
   const std::string out_dir_;
   const std::string trainer_;
   std::unique_ptr<StoreReader> store_;  // From the first result on.
   int64_t cursor_ = 0;
+  std::set<std::string> score_files_;
   int trainings_ = 0, evaluations_ = 0;
 };
 

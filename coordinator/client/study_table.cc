@@ -15,6 +15,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Reads those of `files` that are in `dir`.
+absl::StatusOr<std::vector<Evaluation>> ReadThoseIn(const std::string& dir,
+                                                    const std::set<std::string>& files) {
+  std::vector<Evaluation> all;
+  for (const std::string& path : files) {
+    if (fs::path(path).parent_path() != dir) continue;
+    ASSIGN_OR_RETURN(Evaluation one, ReadEvaluation(path));
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
 }  // namespace
 
 TableOptions TableOptionsOf(const v1::StudySpec& study) {
@@ -55,16 +67,16 @@ absl::StatusOr<std::vector<std::string>> WriteGroupErrors(
   return files;
 }
 
-absl::StatusOr<std::string> WriteStudyTable(const std::string& out_dir,
-                                            const v1::StudySpec& study) {
-  const absl::StatusOr<std::vector<Evaluation>> evaluations = ReadEvaluations(out_dir + "/scores");
-  if (absl::IsNotFound(evaluations.status())) return std::string();
-  if (!evaluations.ok()) return evaluations.status();
+absl::StatusOr<std::string> WriteStudyTable(const std::string& out_dir, const v1::StudySpec& study,
+                                            const std::set<std::string>& score_files) {
+  ASSIGN_OR_RETURN(const std::vector<Evaluation> evaluations,
+                   ReadThoseIn(out_dir + "/scores", score_files));
+  if (evaluations.empty()) return std::string();
   TableOptions options = TableOptionsOf(study);
-  absl::StatusOr<ResultTable> table = MakeTable(*evaluations, options);
+  absl::StatusOr<ResultTable> table = MakeTable(evaluations, options);
   if (absl::IsInvalidArgument(table.status())) {  // The reference has no scores yet.
     options.baseline.clear();
-    table = MakeTable(*evaluations, options);
+    table = MakeTable(evaluations, options);
   }
   if (!table.ok()) return table.status();
   std::string shown;
@@ -74,9 +86,15 @@ absl::StatusOr<std::string> WriteStudyTable(const std::string& out_dir,
     RETURN_IF_ERROR(WriteFileAtomically(out_dir + "/table." + ending, text));
     if (shown.empty()) shown = text;
   }
-  const auto groups = WriteGroupErrors(*evaluations, out_dir + "/errors");
+  const auto groups = WriteGroupErrors(evaluations, out_dir + "/errors");
   if (!groups.ok() && !absl::IsNotFound(groups.status())) return groups.status();
-  RETURN_IF_ERROR(WriteLearningCurves(out_dir));
+  ASSIGN_OR_RETURN(const std::vector<Evaluation> checkpoints,
+                   ReadThoseIn(out_dir + "/curves", score_files));
+  if (!checkpoints.empty()) {
+    std::vector<Evaluation> curves = evaluations;
+    curves.insert(curves.end(), checkpoints.begin(), checkpoints.end());
+    RETURN_IF_ERROR(WriteLearningCurves(out_dir, curves));
+  }
   return shown;
 }
 

@@ -1,8 +1,11 @@
 // A pair: its pictures, its maps, and what it was made from.
+#include <fmt/core.h>
 #include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
+#include <functional>
 
+#include "common/base/hash.h"
 #include "common/base/status.h"
 #include "coordinator/http/api.h"
 #include "coordinator/http/api_json.h"
@@ -14,8 +17,9 @@ namespace {
 using Reply = absl::StatusOr<WebReply>;
 
 constexpr int kLeastWidth_px = 64, kMostWidth_px = 4096;
-// A pair's files never change, so that browsers may keep what they have of them.
-constexpr char kKeep[] = "private, max-age=86400, immutable";
+// Browsers keep what they have of a pair and ask each time whether it is still the same: the number
+// of a forgotten study's pair may be given again.
+constexpr char kKeep[] = "private, no-cache";
 
 absl::StatusOr<PublishedPair> PairOf(ApiParts& parts, const WebRequest& request) {
   ASSIGN_OR_RETURN(const int64_t number, NumberOf(request, 0));
@@ -31,11 +35,20 @@ absl::StatusOr<std::string> FileOf(const PublishedPair& pair, const std::string&
   return NotFound("pair {} has no {}", pair.number, name);
 }
 
-WebReply Kept(const char* type, std::string bytes) {
+// Answers with what `make` returns, or with status 304 if the caller has it already. A folder of
+// the store belongs to one attempt for ever.
+Reply Kept(const WebRequest& request, const PublishedPair& pair, const char* type,
+           const std::function<absl::StatusOr<std::string>()>& make) {
   WebReply reply;
+  const std::string etag =
+      "\"" + Sha256Hex(fmt::format("{} {}", pair.study_id, pair.frame.path())).substr(0, 16) + "\"";
+  reply.headers = {{"Cache-Control", kKeep}, {"ETag", etag}};
   reply.type = type;
-  reply.body = std::move(bytes);
-  reply.headers.emplace_back("Cache-Control", kKeep);
+  if (request.if_none_match == etag) {
+    reply.status = 304;
+    return reply;
+  }
+  ASSIGN_OR_RETURN(reply.body, make());
   return reply;
 }
 
@@ -50,8 +63,8 @@ Reply Picture(ApiParts& parts, const WebRequest& request) {
                    NumberIn(request, "width", kMostWidth_px, kLeastWidth_px, kMostWidth_px));
   ASSIGN_OR_RETURN(const PublishedPair pair, PairOf(parts, request));
   ASSIGN_OR_RETURN(const std::string path, FileOf(pair, request.parts[1] + ".png"));
-  ASSIGN_OR_RETURN(std::string jpeg, parts.pictures.Jpeg(path, static_cast<int>(width)));
-  return Kept("image/jpeg", std::move(jpeg));
+  return Kept(request, pair, "image/jpeg",
+              [&] { return parts.pictures.Jpeg(path, static_cast<int>(width)); });
 }
 
 Reply Map(ApiParts& parts, const WebRequest& request) {
@@ -59,20 +72,17 @@ Reply Map(ApiParts& parts, const WebRequest& request) {
   auto path = FileOf(pair, request.parts[1] + ".exr");
   if (!path.ok()) path = FileOf(pair, request.parts[1] + ".png");
   if (!path.ok()) return path.status();
-  ASSIGN_OR_RETURN(std::string bytes, parts.pictures.Map(*path));
-  return Kept("application/octet-stream", std::move(bytes));
+  return Kept(request, pair, "application/octet-stream", [&] { return parts.pictures.Map(*path); });
 }
 
 // frame.json as the worker wrote it.
 Reply Frame(ApiParts& parts, const WebRequest& request) {
   ASSIGN_OR_RETURN(const PublishedPair pair, PairOf(parts, request));
   ASSIGN_OR_RETURN(const std::string path, FileOf(pair, "frame.json"));
-  ASSIGN_OR_RETURN(std::string text, parts.pictures.File(path));
-  return Kept("application/json", std::move(text));
+  return Kept(request, pair, "application/json", [&] { return parts.pictures.File(path); });
 }
 
-Reply Recipe(ApiParts& parts, const WebRequest& request) {
-  ASSIGN_OR_RETURN(const PublishedPair pair, PairOf(parts, request));
+absl::StatusOr<std::string> RecipeOf(ApiParts& parts, const PublishedPair& pair) {
   v1::GetSceneRequest asked;
   asked.set_study_id(pair.study_id);
   asked.set_variant(pair.variant);
@@ -85,7 +95,12 @@ Reply Recipe(ApiParts& parts, const WebRequest& request) {
   if (!google::protobuf::util::MessageToJsonString(scene, &json, options).ok()) {
     return Internal("this recipe has no JSON form");
   }
-  return Kept("application/json", std::move(json));
+  return json;
+}
+
+Reply Recipe(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const PublishedPair pair, PairOf(parts, request));
+  return Kept(request, pair, "application/json", [&] { return RecipeOf(parts, pair); });
 }
 
 }  // namespace

@@ -68,9 +68,16 @@ Reply Study(ApiParts& parts, const WebRequest& request) {
   return StudyReply(parts, request.caller, id);
 }
 
+// Returns the number of the study that the path names. Errors: kNotFound if there is none.
+absl::StatusOr<int64_t> KnownStudy(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
+  RETURN_IF_ERROR(parts.queue.GetStudy(StudyId{id}).status());
+  return id;
+}
+
 Reply Pairs(ApiParts& parts, const WebRequest& request) {
   PairQuery query;
-  ASSIGN_OR_RETURN(query.study_id, NumberOf(request, 0));
+  ASSIGN_OR_RETURN(query.study_id, KnownStudy(parts, request));
   ASSIGN_OR_RETURN(query.before, NumberIn(request, "before", 0, 0, INT64_MAX));
   ASSIGN_OR_RETURN(const int64_t limit, NumberIn(request, "limit", query.limit, 1, 200));
   query.limit = static_cast<int>(limit);
@@ -84,7 +91,7 @@ Reply Pairs(ApiParts& parts, const WebRequest& request) {
 }
 
 Reply Scores(ApiParts& parts, const WebRequest& request) {
-  ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
+  ASSIGN_OR_RETURN(const int64_t id, KnownStudy(parts, request));
   ASSIGN_OR_RETURN(const auto scores, parts.reader.Scores(id));
   return JsonReply(JsonText(ScoresJson(scores)));
 }
@@ -108,7 +115,7 @@ absl::Status GoOnBehind(const std::string& text, v1::ListJobsRequest& asked) {
 
 Reply Jobs(ApiParts& parts, const WebRequest& request) {
   v1::ListJobsRequest asked;
-  ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
+  ASSIGN_OR_RETURN(const int64_t id, KnownStudy(parts, request));
   ASSIGN_OR_RETURN(const int64_t limit, NumberIn(request, "limit", 200, 1, kMostJobs));
   asked.set_study_id(id);
   asked.set_limit(static_cast<int>(limit));

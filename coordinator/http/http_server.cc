@@ -70,9 +70,10 @@ class HttpServerImpl final : public HttpServer {
     RETURN_IF_ERROR(CheckRpcSecurity(address_, options_.security));
     if (!address_.is_local() && options_.security.tls != nullptr) RETURN_IF_ERROR(UseTls());
     if (is_tls_) {
-      ASSIGN_OR_RETURN(revoked_,
-                       RevokedCertificates::Open(options_.security.tls->dir + "/" + kRevokedFile,
-                                                 *options_.clock));
+      const std::string list = options_.revoked.empty()
+                                   ? options_.security.tls->dir + "/" + kRevokedFile
+                                   : options_.revoked;
+      ASSIGN_OR_RETURN(revoked_, RevokedCertificates::Open(list, *options_.clock));
     }
     ASSIGN_OR_RETURN(csrf_secret_, NewSecret());
     ASSIGN_OR_RETURN(reader_, PageReader::Open(options_.db_path, queue_.kinds()));
@@ -257,6 +258,7 @@ class HttpServerImpl final : public HttpServer {
     for (size_t i = 1; i < request.matches.size(); ++i) asked.parts.push_back(request.matches[i]);
     for (const auto& [name, value] : request.params) asked.query[name] = value;
     asked.body = request.body;
+    asked.if_none_match = request.get_header_value("If-None-Match");
     if (caller) asked.caller = *caller;
     const absl::StatusOr<WebReply> reply = route.handler(asked);
     if (!reply.ok()) return SendError(reply.status(), request, response);

@@ -24,8 +24,10 @@ class JobQueue;
 class Store;
 
 struct HttpServerOptions {
-  std::string listen;            // "HOST:PORT", port 0 for any free one.
-  RpcSecurity security;          // Other addresses than loopback need TLS or `insecure`.
+  std::string listen;    // "HOST:PORT", port 0 for any free one.
+  RpcSecurity security;  // Other addresses than loopback need TLS or `insecure`.
+  // List of revoked certificates (common/rpc/revocation.h); empty: kRevokedFile in security.tls.
+  std::string revoked;
   std::string store_uri;         // Shown on the page.
   std::string db_path;           // The queue's database: the page has its own connections to it.
   const Store* store = nullptr;  // Has the pictures; null: none are shown. Must outlive the server.

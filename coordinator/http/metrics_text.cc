@@ -109,7 +109,7 @@ void WriteDemand(const StatusSnapshot& snapshot, Writer& out) {
   for (const auto& [key, count] : snapshot.queue.jobs) {
     slots[key.first] += waits(key.second) || key.second == "LEASED" ? count : 0;
   }
-  for (const v1::StudyStatus& study : snapshot.studies) {
+  const auto leave_out_held = [&](const v1::StudyStatus& study) {
     int64_t held = study.state() == v1::STUDY_STATE_PAUSED ? std::numeric_limits<int64_t>::max()
                                                            : study.held_jobs();
     for (const v1::VariantStatus& variant : study.variants()) {
@@ -120,7 +120,9 @@ void WriteDemand(const StatusSnapshot& snapshot, Writer& out) {
         held -= less;
       }
     }
-  }
+  };
+  for (const v1::StudyStatus& study : snapshot.studies) leave_out_held(study);
+  for (const v1::StudyStatus& study : snapshot.older_unfinished) leave_out_held(study);
   out.Head("demand_slots", "gauge", "Slots that leased jobs and those that may start would fill.");
   for (const auto& [kind, count] : slots) {
     out.Sample("demand_slots", {{"kind", kind}}, static_cast<double>(std::max<int64_t>(0, count)));

@@ -8,6 +8,7 @@ namespace parallax {
 namespace {
 
 constexpr int kStudiesShown = 50;
+constexpr int kStudiesAtOnce = 1000;
 constexpr double kRateWindow_s = 600;
 constexpr double kSampleEvery_s = 10;
 // Many watchers cost as much as a few.
@@ -66,9 +67,23 @@ absl::StatusOr<std::shared_ptr<const StatusSnapshot>> StatusSampler::Take() {
   return snapshot_;
 }
 
+absl::StatusOr<std::vector<v1::StudyStatus>> StatusSampler::UnfinishedBefore(int64_t study) {
+  std::vector<v1::StudyStatus> all;
+  while (true) {
+    ASSIGN_OR_RETURN(const std::vector<v1::StudyStatus> page,
+                     queue_.ListStudies(kStudiesAtOnce, study, /*only_unfinished=*/true));
+    all.insert(all.end(), page.begin(), page.end());
+    if (page.size() < kStudiesAtOnce) return all;
+    study = page.back().study_id();
+  }
+}
+
 absl::StatusOr<StatusSnapshot> StatusSampler::Read() {
   StatusSnapshot fresh;
   ASSIGN_OR_RETURN(fresh.studies, queue_.ListStudies(kStudiesShown));
+  if (fresh.studies.size() == kStudiesShown) {
+    ASSIGN_OR_RETURN(fresh.older_unfinished, UnfinishedBefore(fresh.studies.back().study_id()));
+  }
   fresh.version = kProgramVersion;
   fresh.epoch = queue_.epoch();
   fresh.schema_version = queue_.schema_version();

@@ -39,6 +39,7 @@ class StatusSampler {
  private:
   // Requires mu_.
   absl::StatusOr<StatusSnapshot> Read();
+  absl::StatusOr<std::vector<v1::StudyStatus>> UnfinishedBefore(int64_t study);
   void NoteEtas(StatusSnapshot& fresh);
   void NoteHistory(const StatusSnapshot& fresh);
   void RecallHistory();

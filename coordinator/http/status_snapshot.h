@@ -20,7 +20,8 @@ struct StatusSnapshot {
   double now_unix_s = 0;
   double pairs_per_hour = 0;
   std::map<int64_t, double> eta_s;       // By id; only of running studies with a known rate.
-  std::vector<v1::StudyStatus> studies;  // The newest first.
+  std::vector<v1::StudyStatus> studies;  // The newest ones, the newest first.
+  std::vector<v1::StudyStatus> older_unfinished;  // The unfinished ones that are older.
   std::vector<v1::WorkerStatus> workers;
   ServerMetrics server;
   JobQueueStats queue;

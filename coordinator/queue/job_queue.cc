@@ -282,9 +282,10 @@ absl::StatusOr<v1::StudyStatus> JobQueue::GetStudy(StudyId study) {
   RETURN_IF_ERROR(AddLimits(*impl_->readers_, impl_->options_.limits, {&status, 1}));
   return status;
 }
-absl::StatusOr<std::vector<v1::StudyStatus>> JobQueue::ListStudies(int limit, int64_t before) {
+absl::StatusOr<std::vector<v1::StudyStatus>> JobQueue::ListStudies(int limit, int64_t before,
+                                                                   bool only_unfinished) {
   ASSIGN_OR_RETURN(std::vector<v1::StudyStatus> studies,
-                   impl_->readers_->ListStudies(limit, before));
+                   impl_->readers_->ListStudies(limit, before, only_unfinished));
   RETURN_IF_ERROR(AddLimits(*impl_->readers_, impl_->options_.limits, studies));
   return studies;
 }

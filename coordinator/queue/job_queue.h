@@ -171,7 +171,7 @@ class JobQueue {
   // study; kFailedPrecondition for more than the user's limits allow, naming the limit.
   absl::StatusOr<v1::SubmitReply> Submit(const v1::SubmitRequest& request, std::string_view actor);
   // Cancels a study: its unfinished jobs become CANCELLED, and running attempts are told to stop.
-  // Idempotent. Errors: kNotFound.
+  // Idempotent. Errors: kNotFound; kFailedPrecondition if it has succeeded or failed.
   absl::Status Cancel(StudyId study, std::string_view reason, std::string_view actor);
   // Pause stops new leases of a study's jobs; running attempts continue. Resume ends the pause.
   absl::Status Pause(StudyId study, std::string_view reason, std::string_view actor);
@@ -240,8 +240,9 @@ class JobQueue {
 
   // ---- Reads: own connections, consistent snapshots, never wait for the writer
   absl::StatusOr<v1::StudyStatus> GetStudy(StudyId study);  // With spec.
-  // Returns studies, the newest first; with `before`, only those with smaller ids.
-  absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before = 0);
+  // Returns studies, the newest first; with `before`, only those with smaller ids. limit <= 10,000.
+  absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before = 0,
+                                                           bool only_unfinished = false);
   // `state` empty: jobs that need a look first, then by progress. A page goes on behind the last
   // job of the one before (after_job, after_state). limit <= 10,000. kNotFound for an after_job
   // that there is not.

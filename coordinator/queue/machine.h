@@ -212,7 +212,9 @@ class Machine final : private WorkDesk {
   absl::Status EnterSuccess(const JobRow& job, Variant& variant, const Ending& ending,
                             bool by_own_attempt);
   absl::Status EnterLoss(const JobRow& job, Variant& variant, JobState state);
-  absl::Status CancelJobs(int64_t study, int64_t variant, const std::string& reason);
+  // Cancels the unfinished jobs of a variant, or of the whole study if `variant` is 0.
+  absl::Status CancelJobs(int64_t study, int64_t variant, const std::string& reason,
+                          bool only_of_scenes = false);
   absl::Status CancelJob(const JobRow& job, const std::string& reason);
   // Ends the variant if it has no prospect. `job` was lost or rejected last and says why.
   absl::Status GiveUpIfHopeless(Variant& variant, int64_t job);

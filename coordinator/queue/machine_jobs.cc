@@ -317,13 +317,18 @@ absl::Status Machine::GiveUpIfHopeless(Variant& variant, int64_t job) {
   changed_variants_.insert(variant.id);
   RETURN_IF_ERROR(
       Audit("coordinator", "give up", variant.study, "variant " + variant.name + ": " + reason));
-  return CancelJobs(variant.study, variant.id, "the variant gave up: " + reason);
+  // Other jobs stand in a variant only to be numbered: those that need its pairs wait for them and
+  // end with their waits, a baseline needs none.
+  return CancelJobs(variant.study, variant.id, "the variant gave up: " + reason,
+                    /*only_of_scenes=*/true);
 }
 
-absl::Status Machine::CancelJobs(int64_t study, int64_t variant_id, const std::string& reason) {
+absl::Status Machine::CancelJobs(int64_t study, int64_t variant_id, const std::string& reason,
+                                 bool only_of_scenes) {
   ASSIGN_OR_RETURN(const std::vector<int64_t> ids, store_.Unfinished(study, variant_id));
   for (const int64_t id : ids) {
     ASSIGN_OR_RETURN(const JobRow job, RowOf(id));
+    if (only_of_scenes && !KindOf(job).traits().of_scene) continue;
     // Releasing the followers of one may have ended another.
     if (!IsTerminal(job.state)) RETURN_IF_ERROR(CancelJob(job, reason));
   }

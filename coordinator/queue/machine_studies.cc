@@ -70,6 +70,9 @@ absl::StatusOr<v1::SubmitReply> Machine::Submit(const v1::SubmitRequest& request
 absl::Status Machine::Cancel(int64_t id, std::string_view reason, std::string_view actor) {
   ASSIGN_OR_RETURN(Study * study, ledger_.FindStudy(id));
   if (study->tally.cancelled) return absl::OkStatus();
+  if (study->tally.finished) {
+    return FailedPrecondition("study {} has ended already: there is nothing to cancel", id);
+  }
   RETURN_IF_ERROR(db_.Run("UPDATE studies SET cancelled = 1 WHERE id = ?1", id));
   ledger_.Change(*study).cancelled = true;
   changed_variants_.insert(study->variants.begin(), study->variants.end());

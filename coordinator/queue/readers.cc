@@ -228,11 +228,13 @@ absl::StatusOr<v1::StudyStatus> Readers::GetStudy(int64_t id) {
   return study;
 }
 
-absl::StatusOr<std::vector<v1::StudyStatus>> Readers::ListStudies(int limit, int64_t before) {
+absl::StatusOr<std::vector<v1::StudyStatus>> Readers::ListStudies(int limit, int64_t before,
+                                                                  bool only_unfinished) {
   std::vector<v1::StudyStatus> studies;
   RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
-    const std::string sql = std::string(kStudyColumns) +
-                            "WHERE forgotten = 0 AND (?2 = 0 OR id < ?2) ORDER BY id DESC LIMIT ?1";
+    const std::string sql =
+        std::string(kStudyColumns) + "WHERE forgotten = 0 AND (?2 = 0 OR id < ?2)" +
+        (only_unfinished ? " AND finished_unix_s IS NULL" : "") + " ORDER BY id DESC LIMIT ?1";
     SqliteQuery query(db, sql.c_str(), RowLimit(limit, 100), before);
     while (query.Next()) RETURN_IF_ERROR(FillStudy(db, kinds_, query, studies.emplace_back()));
     return query.status();

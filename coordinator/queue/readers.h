@@ -33,7 +33,8 @@ class Readers {
 
   // The reads of JobQueue, which documents them (job_queue.h).
   absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study);
-  absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before);
+  absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before,
+                                                           bool only_unfinished);
   // Returns for each user, by name, the sums over its unfinished studies. The limits are not set.
   absl::StatusOr<std::vector<v1::UserStatus>> ListUsers();
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);

@@ -28,10 +28,11 @@ bool IsConfinedPath(std::string_view path) {
 }
 
 std::string OneLine(std::string_view text) {
-  std::string line(text.substr(0, 1000));
+  constexpr size_t kMostBytes = 1000;
+  std::string line = CutText(text, kMostBytes);
   std::replace_if(
       line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
-  return line;
+  return CutText(Printable(line), kMostBytes);
 }
 
 std::string LogTail(std::string_view text) {

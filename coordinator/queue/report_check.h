@@ -31,7 +31,8 @@ bool IsConfinedPath(std::string_view path);
 // Returns whether a text is a SHA-256 as 64 lower-case hex characters.
 bool IsSha256Hex(std::string_view text);
 
-// Returns a worker's message as one line of at most 1,000 bytes; control characters become spaces.
+// Returns a worker's message as one line of UTF-8 with at most 1,000 bytes; control characters
+// become spaces.
 std::string OneLine(std::string_view text);
 
 // Returns the last whole lines of a program's output that fit in kMaxLogTail bytes. Escapes

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <set>
 
+#include "common/base/log.h"
 #include "common/store/content.h"
 #include "common/store/store.h"
 
@@ -40,9 +41,16 @@ absl::StatusOr<int> ContentKeeper::Sweep(const std::vector<std::string>& lists) 
   if (entries.empty()) return 0;
   std::set<std::string> used(lists.begin(), lists.end());
   for (const std::string& list : lists) {
-    ASSIGN_OR_RETURN(const std::string text, store_.Get(ContentPath(list)));
-    ASSIGN_OR_RETURN(const std::vector<ContentFile> files, ParseContentList(text));
-    for (const ContentFile& file : files) used.insert(file.sha256);
+    const absl::StatusOr<std::string> text = store_.Get(ContentPath(list));
+    if (!text.ok() && !absl::IsNotFound(text.status())) return text.status();
+    const auto files = text.ok() ? ParseContentList(*text)
+                                 : absl::StatusOr<std::vector<ContentFile>>(text.status());
+    if (!files.ok()) {
+      LogWarning("a study names a list of content that can't be read; its files are not kept",
+                 {{"list", list}, {"error", files.status()}});
+      continue;
+    }
+    for (const ContentFile& file : *files) used.insert(file.sha256);
   }
   const SteadyTime now = options_.clock->Steady();
   int removed = 0;

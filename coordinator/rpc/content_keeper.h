@@ -41,9 +41,9 @@ class ContentKeeper {
   void GiveRoomBack(int64_t bytes);
 
   // Removes the content that no study needs and that has stayed long enough. Studies need the lists
-  // with the hashes `lists` and the files that these lists name. Removes nothing if one of the
-  // lists can't be read. Returns the number of removed files. Errors: those of the store;
-  // kInvalidArgument for a broken list.
+  // with the hashes `lists` and the files that these lists name. A list that is missing or broken
+  // keeps no files: nobody can read its folder any more. Returns the number of removed files.
+  // Errors: those of the store.
   absl::StatusOr<int> Sweep(const std::vector<std::string>& lists);
 
  private:

@@ -54,9 +54,10 @@ class CoordinatorServerImpl final : public CoordinatorServer {
     }
     RETURN_IF_ERROR(artifacts_.Prepare());
     if (options.security.tls != nullptr) {
-      ASSIGN_OR_RETURN(revoked_,
-                       RevokedCertificates::Open(options.security.tls->dir + "/" + kRevokedFile,
-                                                 *options.clock));
+      const std::string list = options.revoked.empty()
+                                   ? options.security.tls->dir + "/" + kRevokedFile
+                                   : options.revoked;
+      ASSIGN_OR_RETURN(revoked_, RevokedCertificates::Open(list, *options.clock));
     }
     ASSIGN_OR_RETURN(server_,
                      RpcServer::Start(addresses, options.security, {&service_, &artifacts_},

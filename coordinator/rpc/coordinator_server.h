@@ -30,6 +30,8 @@ struct CoordinatorServerOptions {
   // and Unix sockets are allowed, unless security.insecure.
   std::vector<std::string> listen;
   RpcSecurity security;
+  // List of revoked certificates (common/rpc/revocation.h); empty: kRevokedFile in security.tls.
+  std::string revoked;
   // URI of the store to which workers write attempts' folders: "file:///abs/dir".
   std::string store_uri;
   // The same store, opened, for workers and clients that cannot reach it. Null: they can't send or

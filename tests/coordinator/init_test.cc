@@ -86,10 +86,7 @@ TEST_F(InitTest, NothingIsEverOverwritten) {
   options_.issue.clear();
   EXPECT_THAT(std::string(Init().message()), HasSubstr("--issue ROLE NAME"));
   options_.hosts = {"other"};
-  EXPECT_THAT(std::string(Init().message()), HasSubstr("server is there already; remove it"));
-  fs::remove_all(options_.dir + "/server");
-  ASSERT_TRUE(Init().ok());
-  EXPECT_THAT((*Load("server"))->facts.hosts, Contains("other"));
+  EXPECT_THAT(std::string(Init().message()), HasSubstr("server is there already; --renew server"));
 }
 
 TEST_F(InitTest, RenewedPartiesStayWhoTheyAre) {
@@ -115,6 +112,21 @@ TEST_F(InitTest, RenewedPartiesStayWhoTheyAre) {
   EXPECT_EQ(*ReadFile(options_.dir + "/server/http.token"), token);
   EXPECT_EQ(ModeOf("worker-pool"), 0700u);
   EXPECT_FALSE(fs::exists(options_.dir + "/.new-worker-pool")) << "old keys stay nowhere";
+}
+
+TEST_F(InitTest, ARenewedServerGetsMoreHostsAndKeepsItsRevokedCertificates) {
+  options_.hosts = {"farm.example.org"};
+  options_.issue = {{"submitter", "ada"}};
+  ASSERT_TRUE(Init().ok());
+  options_ = {.dir = options_.dir, .revoke = {"submitter-ada"}};
+  ASSERT_TRUE(Init().ok());
+  const std::string revoked = *ReadFile(options_.dir + "/server/revoked");
+  options_ = {.dir = options_.dir, .hosts = {"other"}, .renew = {"server"}};
+  ASSERT_TRUE(Init().ok()) << Init();
+  for (const char* host : {"farm.example.org", "other", "localhost"}) {
+    EXPECT_THAT((*Load("server"))->facts.hosts, Contains(host));
+  }
+  EXPECT_EQ(*ReadFile(options_.dir + "/server/revoked"), revoked);
 }
 
 TEST_F(InitTest, ARevokedCertificateIsListedAndOutlivesTheServersRenewal) {

@@ -40,7 +40,7 @@ Report FailReport(const v1::Lease& lease, const ReportNames& names, const absl::
 Report UnusableReport(const v1::Lease& lease, const ReportNames& names,
                       const absl::Status& status) {
   auto fail = RequestOf<v1::FailRequest>(lease, names);
-  fail.set_error(status.ToString());
+  fail.set_error(DescribeFailure(status, "lease").error);
   fail.set_fingerprint(absl::StatusCodeToString(status.code()) + "@lease");
   return {std::move(fail)};
 }

@@ -1,24 +1,27 @@
 #include "worker/agent/failure.h"
 
+#include <algorithm>
+
 #include "absl/strings/cord.h"
+#include "common/base/names.h"
 
 namespace parallax {
 namespace {
 
-constexpr size_t kMaxErrorBytes = 1000;
-constexpr size_t kMaxFingerprintBytes = 200;
+constexpr size_t kMostErrorBytes = 1000;
+constexpr size_t kMostFingerprintBytes = 200;
 constexpr size_t kTailLines = 200;
 constexpr size_t kMaxTailBytes = 16 << 10;
 constexpr char kLogTail[] = "parallax/log-tail";  // Key of a status's payload.
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
-std::string OneLine(std::string_view text) {
-  std::string line(text.substr(0, kMaxErrorBytes));
-  for (char& c : line) {
-    if (static_cast<unsigned char>(c) < ' ') c = ' ';
-  }
-  return line;
+// Messages must be UTF-8, and texts may be those of other programs.
+std::string OneLine(std::string_view text, size_t most) {
+  std::string line = CutText(text, most);
+  std::replace_if(
+      line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < ' '; }, ' ');
+  return CutText(Printable(line), most);
 }
 
 // Replaces numbers by '#', keeping signs, points and exponents: seeds, sizes and paths of attempts
@@ -72,10 +75,11 @@ bool IsRetryable(absl::StatusCode code) {
 Failure DescribeFailure(const absl::Status& status, std::string_view place) {
   const std::string code = absl::StatusCodeToString(status.code());
   Failure failure;
-  failure.error = OneLine(code + ": " + std::string(ToStd(status.message())));
-  failure.fingerprint =
-      WithoutNumbers(code + "@" + std::string(place) + ": " + OneLine(ToStd(status.message())))
-          .substr(0, kMaxFingerprintBytes);
+  const std::string message(ToStd(status.message()));
+  failure.error = OneLine(code + ": " + message, kMostErrorBytes);
+  failure.fingerprint = CutText(
+      WithoutNumbers(code + "@" + std::string(place) + ": " + OneLine(message, kMostErrorBytes)),
+      kMostFingerprintBytes);
   failure.retryable = IsRetryable(status.code());
   return failure;
 }

@@ -10,9 +10,11 @@ namespace parallax {
 
 // A failed attempt as it is reported.
 struct Failure {
-  std::string error;        // One line, at most 1,000 bytes.
-  std::string fingerprint;  // Equal for equal causes, whatever the worker and the seed.
-  bool retryable = false;   // Whether another try, perhaps elsewhere, may succeed.
+  // One line of UTF-8 with at most 1,000 bytes.
+  std::string error;
+  // Equal for equal causes, whatever the worker and the seed. UTF-8 with at most 200 bytes.
+  std::string fingerprint;
+  bool retryable = false;  // Whether another try, perhaps elsewhere, may succeed.
 };
 
 // Attaches the end of a program's log to `status` for the coordinator: its last 200 lines, at most

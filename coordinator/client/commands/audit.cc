@@ -1,4 +1,5 @@
 // audit: who did what.
+#include <charconv>
 #include <nlohmann/json.hpp>
 
 #include "common/rpc/certificate.h"
@@ -26,7 +27,12 @@ absl::StatusOr<ExitCode> Audit(const AuditOptions& options, Session& session) {
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
   v1::ListAuditRequest request;
   request.set_limit(options.limit);
-  if (!options.study.empty()) {
+  int64_t number = 0;
+  const std::string& text = options.study;
+  if (const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+      error == std::errc() && end == text.data() + text.size()) {
+    request.set_study_id(number);  // It may be a forgotten one.
+  } else if (!text.empty()) {
     ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(options.study));
     request.set_study_id(study.study_id());
   }

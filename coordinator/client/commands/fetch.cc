@@ -44,7 +44,8 @@ absl::StatusOr<ExitCode> Fetch(const FetchOptions& options, Session& session) {
   RETURN_IF_ERROR(archive->Finish());
   ASSIGN_OR_RETURN(const auto results, StudyResults::Open(out->path(), study.spec()));
   RETURN_IF_ERROR(results->CatchUp(*connection, study.study_id()));
-  ASSIGN_OR_RETURN(const std::string table, WriteStudyTable(out->path(), study.spec()));
+  ASSIGN_OR_RETURN(const std::string table,
+                   WriteStudyTable(out->path(), study.spec(), results->score_files()));
   int64_t frames = 0;
   for (const auto& [variant, count] : archive->writer().Frames()) frames += count;
   if (session.options.json) {

@@ -7,6 +7,7 @@
 #include "common/base/cores.h"
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/study_options.h"
+#include "coordinator/client/submit_study.h"
 #include "coordinator/client/table.h"
 #include "coordinator/client/text.h"
 #include "coordinator/study/expansion.h"
@@ -127,7 +128,8 @@ bool Ask(const PlanOptions& options, const Session& session) {
 }
 
 absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
-  ASSIGN_OR_RETURN(const v1::StudySpec study, ResolveStudy(options.study));
+  ASSIGN_OR_RETURN(v1::StudySpec study, ResolveStudy(options.study));
+  RETURN_IF_ERROR(HashContent(study, FolderReaders::kOfFarm));
   double factor = 1;
   if (!options.from.empty()) {
     ASSIGN_OR_RETURN(factor, ReadMeasuredFactor(options.from));
@@ -138,21 +140,22 @@ absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
                           "takes those of your own pairs"
                         : "of the pairs in " + options.from + ", " + FormatNumber(factor) +
                               " times the benchmarks'";
-  if (session.options.json) {
-    session.PrintJson(PlanJson(study, plan, options.cores));
-    if (!options.yes) return kExitOk;
-  } else {
-    PrintPlan(study, plan, options.cores, session);
-    if (!Ask(options, session)) return kExitOk;
+  const bool json = session.options.json;
+  if (!json) PrintPlan(study, plan, options.cores, session);
+  const bool submit = json ? options.yes : Ask(options, session);
+  Json printed = PlanJson(study, plan, options.cores);
+  if (submit) {
+    ASSIGN_OR_RETURN(const auto connection, session.Connect());
+    ASSIGN_OR_RETURN(const Submitted submitted,
+                     SubmitStudy({.study = study}, *connection, *session.environment.clock));
+    const v1::SubmitReply& reply = submitted.reply;
+    printed["study_id"] = reply.study_id();
+    printed["existed"] = reply.existed();
+    *session.err().stream << (reply.existed() ? "is there already" : "submitted") << " as study "
+                          << reply.study_id() << "; follow it with `parallax watch "
+                          << reply.study_id() << "`\n";
   }
-  ASSIGN_OR_RETURN(const auto connection, session.Connect());
-  v1::SubmitRequest request;
-  *request.mutable_study() = study;
-  request.set_idempotency_key(IdempotencyKey(study));
-  ASSIGN_OR_RETURN(const v1::SubmitReply reply, connection->Submit(request));
-  *session.err().stream << (reply.existed() ? "is there already" : "submitted") << " as study "
-                        << reply.study_id() << "; follow it with `parallax watch "
-                        << reply.study_id() << "`\n";
+  if (json) session.PrintJson(printed);
   return kExitOk;
 }
 

@@ -105,7 +105,8 @@ absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
     ASSIGN_OR_RETURN(report, run->Work());
   }
   DrawSheet(report, session);
-  ASSIGN_OR_RETURN(report.table, WriteStudyTable(report.out_dir, run_options.study));
+  ASSIGN_OR_RETURN(report.table,
+                   WriteStudyTable(report.out_dir, run_options.study, report.score_files));
   if (session.options.json) {
     session.PrintJson(RunReportJson(report));
   } else {

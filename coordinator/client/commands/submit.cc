@@ -4,11 +4,10 @@
 #include <nlohmann/json.hpp>
 
 #include "common/config/limit_rules.h"
-#include "common/store/store.h"
 #include "coordinator/client/commands/command.h"
-#include "coordinator/client/ship_content.h"
 #include "coordinator/client/study_options.h"
 #include "coordinator/client/study_view.h"
+#include "coordinator/client/submit_study.h"
 #include "coordinator/client/text.h"
 #include "coordinator/study/expansion.h"
 
@@ -26,21 +25,12 @@ absl::StatusOr<ExitCode> Submit(const SubmitOptions& options, Session& session) 
   ASSIGN_OR_RETURN(v1::StudySpec study, ResolveStudy(options.study));
   RETURN_IF_ERROR(HashContent(study, FolderReaders::kOfFarm));
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
-  ShippedContent shipped;
-  if (!options.no_content) {
-    ASSIGN_OR_RETURN(shipped, ShipContent(study, *connection->RemoteStore()));
-  }
-  v1::SubmitRequest request;
-  *request.mutable_study() = study;
-  request.set_idempotency_key(IdempotencyKey(study));
-  request.set_max_running(options.max_running);
-  if (options.again) {
-    // The time makes the key one of its own; what is rendered already is still reused by its
-    // content.
-    const double now_s = session.environment.clock->UnixSeconds();
-    request.mutable_idempotency_key()->append(fmt::format(" again {:f}", now_s));
-  }
-  ASSIGN_OR_RETURN(const v1::SubmitReply reply, connection->Submit(request));
+  ASSIGN_OR_RETURN(const Submitted submitted, SubmitStudy({.study = study,
+                                                           .max_running = options.max_running,
+                                                           .again = options.again,
+                                                           .ship_content = !options.no_content},
+                                                          *connection, *session.environment.clock));
+  const auto& [reply, shipped] = submitted;
   std::string state = "running";
   if (reply.existed()) {
     ASSIGN_OR_RETURN(const v1::StudyStatus status, connection->GetStudy(reply.study_id()));

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "common/base/cores.h"
+#include "common/image/io.h"
 #include "tests/coordinator/client/command_test.h"
 #include "worker/assets/asset.h"
 #include "worker/materials/material.h"
@@ -85,6 +86,8 @@ TEST_F(CommandTest, UsageErrorsAreOneLineAndExitTwo) {
       {{"submit", "quickstart", "--pears", "3"}, "--pears"},
       {{"submit", "quickstart", "--pairs", "many"}, "many"},
       {{"submit", "quickstart", "--pairs", "0"}, "--pairs: 0 was given, at least 1 is needed"},
+      {{"submit", "quickstart", "--scenes", "4611686018427387905", "--rigs", "4"},
+       "--scenes: 4611686018427387905 was given, at most 100000000 is allowed"},
       {{"submit", "quickstart", "--pairs", "4", "--scenes", "1"}, "--pairs and --scenes"},
       {{"submit", "quickstart", "--profile", "ultra"}, "preview"},
       {{"submit", "quickstart", "--seed", "-1"},
@@ -270,6 +273,29 @@ TEST_F(CommandTest, PictureFoldersAreCountedFromTheRoot) {
   const Outcome submitted = Run({"submit", study});
   EXPECT_EQ(submitted.exit_code, kExitUsage);
   EXPECT_THAT(submitted.err, HasSubstr("no such folder /nowhere/posters, as seen from here; "));
+  const Outcome planned = Run({"plan", study});
+  EXPECT_EQ(planned.exit_code, kExitUsage);
+  EXPECT_EQ(planned.err, submitted.err);
+  EXPECT_EQ(planned.out, "");
+}
+
+TEST_F(CommandTest, PlanSubmitsWhatSubmitSubmits) {
+  coordinator_.studies = {Baseline()};
+  EXPECT_EQ(RunJson({"plan", "quickstart", "--yes"})["study_id"], 3);
+  Run({"submit", "quickstart"});
+  ASSERT_EQ(coordinator_.submitted.size(), 2u);
+  EXPECT_EQ(coordinator_.submitted[0].SerializeAsString(),
+            coordinator_.submitted[1].SerializeAsString());
+  // Own content comes first; this coordinator takes none.
+  fs::create_directories(dir_ + "/own");
+  WriteText("own/a.png", *EncodePng(ImageRgb8(40, 30)));
+  const std::string study = WriteText(
+      "s.yaml", "study: s\npairs: 2\nvariants:\n  - name: a\n    set: {materials: {picture_dir: '" +
+                    dir_.substr(1) + "/own'}}\n");
+  const Outcome submitted = Run({"submit", study}), planned = Run({"plan", study, "--yes"});
+  EXPECT_NE(submitted.exit_code, kExitOk);
+  EXPECT_EQ(planned.err, submitted.err);
+  EXPECT_EQ(coordinator_.submitted.size(), 2u);
 }
 
 TEST_F(CommandTest, RunAsksBeforeItMovesInWithOtherFiles) {

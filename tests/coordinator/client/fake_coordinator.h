@@ -39,6 +39,7 @@ class FakeCoordinator : public v1::Coordinator::Service {
   v1::ListAttemptsReply attempts;
   v1::ForgetReply forgotten;
   std::vector<v1::UserStatus> users;
+  int studies_in_a_reply = 1000000;
   int jobs_in_a_reply = 1000000;  // More are cut.
   int job_lists = 0;              // Calls.
   v1::Scene scene;
@@ -60,10 +61,13 @@ class FakeCoordinator : public v1::Coordinator::Service {
     reply->set_existed(submit_existed);
     return grpc::Status::OK;
   }
-  grpc::Status ListStudies(grpc::ServerContext*, const v1::ListStudiesRequest*,
+  grpc::Status ListStudies(grpc::ServerContext*, const v1::ListStudiesRequest* request,
                            v1::ListStudiesReply* reply) override {
     std::lock_guard lock(mutex_);
-    for (const auto& study : studies) *reply->add_studies() = study;
+    for (const auto& study : studies) {
+      if (request->before() > 0 && study.study_id() >= request->before()) continue;
+      if (reply->studies_size() < studies_in_a_reply) *reply->add_studies() = study;
+    }
     return grpc::Status::OK;
   }
   grpc::Status GetStudy(grpc::ServerContext*, const v1::GetStudyRequest* request,
@@ -170,9 +174,12 @@ class FakeCoordinator : public v1::Coordinator::Service {
     *reply->mutable_scene() = scene;
     return grpc::Status::OK;
   }
-  grpc::Status ListAudit(grpc::ServerContext*, const v1::ListAuditRequest*,
+  grpc::Status ListAudit(grpc::ServerContext*, const v1::ListAuditRequest* request,
                          v1::ListAuditReply* reply) override {
-    for (const auto& entry : audit) *reply->add_entries() = entry;
+    for (const auto& entry : audit) {
+      if (request->study_id() != 0 && entry.study_id() != request->study_id()) continue;
+      *reply->add_entries() = entry;
+    }
     return grpc::Status::OK;
   }
   grpc::Status GetInfo(grpc::ServerContext*, const v1::GetInfoRequest*,

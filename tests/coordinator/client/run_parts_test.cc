@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <stdlib.h>
 #include <sys/stat.h>
 
 #include <cstdlib>
@@ -59,6 +60,36 @@ TEST(Gpu, AStudyThatNeedsOneIsToldSoWhereThereIsNone) {
   EXPECT_THAT(none.ToString(), HasSubstr("s.yaml:5: train.needs.gpus: 1, but this machine has no"));
   EXPECT_TRUE(CheckGpu(*study, "s.yaml", "/dev/null").ok());
   EXPECT_TRUE(CheckGpu(v1::StudySpec(), "s.yaml", "/nowhere/nvidia0").ok());
+}
+
+TEST(EmbeddedRun, GoesOnWithAStudyThatWasCancelled) {
+  std::string dir = testing::TempDir() + "/run-XXXXXX";
+  ASSERT_NE(mkdtemp(dir.data()), nullptr);
+  const auto study = ParseStudy("study: s\npairs: 2\nvariants:\n  - name: a\n", "s.yaml");
+  ASSERT_TRUE(study.ok()) << study.status();
+  const auto out = OutDir::Open(dir + "/out");
+  ASSERT_TRUE(out.ok()) << out.status();
+  std::ostringstream text;
+  Environment environment;
+  environment.out.stream = environment.err.stream = &text;
+  std::vector<v1::StudyState> states;
+  for (int run = 0; run < 3; ++run) {
+    // It ends at once, as after an interrupt.
+    ASSERT_TRUE(EmbeddedRun::Open({.study = *study}, **out, environment).ok());
+    const auto coordinator = EmbeddedCoordinator::Start((*out)->work_dir());
+    ASSERT_TRUE(coordinator.ok()) << coordinator.status();
+    const auto connection = Connection::Open((*coordinator)->address());
+    ASSERT_TRUE(connection.ok()) << connection.status();
+    if (run == 0) {
+      ASSERT_TRUE((*connection)->Cancel(1, "by mistake").ok());
+    }
+    states.clear();
+    const auto studies = (*connection)->ListStudies();
+    ASSERT_TRUE(studies.ok()) << studies.status();
+    for (const auto& one : studies->studies()) states.push_back(one.state());
+  }
+  EXPECT_THAT(states, testing::ElementsAre(v1::STUDY_STATE_RUNNING, v1::STUDY_STATE_CANCELLED));
+  fs::remove_all(dir);
 }
 
 TEST(SocketFolder, IsPrivateAndShort) {

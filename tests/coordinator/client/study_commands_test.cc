@@ -12,6 +12,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 using Json = nlohmann::json;
 
@@ -218,6 +219,29 @@ TEST_F(CommandTest, WatchJsonIsAnObjectALine) {
   EXPECT_EQ(json["variants"][1]["name"], "wide");
 }
 
+TEST_F(CommandTest, AStudyIsFoundByItsNameHoweverManyAreNewer) {
+  for (int64_t id = 9; id >= 3; --id) {
+    coordinator_.studies.push_back(Baseline(id));
+    if (id > 3) coordinator_.studies.back().set_name("newer");
+  }
+  coordinator_.studies_in_a_reply = 2;
+  EXPECT_EQ(RunJson({"status", "baseline"})["study_id"], 3);
+  EXPECT_EQ(RunJson({"status", "newer"})["study_id"], 9);
+  EXPECT_THAT(
+      Run({"status", "none"}).err,
+      HasSubstr("no study 'none' at " + coordinator_.address() + "; there are 9 (newer), 8"));
+}
+
+TEST_F(CommandTest, TheAuditOfAForgottenStudyIsFoundByItsNumber) {
+  v1::AuditEntry entry;
+  entry.set_id(1);
+  entry.set_study_id(7);
+  entry.set_action("forget");
+  coordinator_.audit = {entry};
+  EXPECT_EQ(RunJson({"audit", "7"})["entries"][0]["action"], "forget");
+  EXPECT_EQ(RunJson({"audit", "8"})["entries"].size(), 0u);
+}
+
 // ---- Steering
 
 TEST_F(CommandTest, OrdersReachTheStudyWithTheirReason) {
@@ -232,6 +256,17 @@ TEST_F(CommandTest, OrdersReachTheStudyWithTheirReason) {
   EXPECT_EQ(resumed.err, "error: study 3 is cancelled: submit it again instead\n");
   EXPECT_THAT(coordinator_.orders,
               ElementsAre("pause 3 lunch", "resume 3 ", "cancel 3 ", "cancel 3 "));
+}
+
+TEST_F(CommandTest, ATextThatIsNotUtf8IsRefusedBeforeItIsSent) {
+  coordinator_.studies = {Baseline()};
+  Outcome outcome = Run({"pause", "3", "--reason", "gr\xfc\xdf"});
+  EXPECT_EQ(outcome.exit_code, kExitUsage);
+  EXPECT_EQ(outcome.err, "error: reason \"gr\\xfc\\xdf\" is not UTF-8\n");
+  outcome = Run({"workers", "drain", "n\xfc"});
+  EXPECT_EQ(outcome.exit_code, kExitUsage);
+  EXPECT_EQ(outcome.err, "error: pattern \"n\\xfc\" is not UTF-8\n");
+  EXPECT_THAT(coordinator_.orders, IsEmpty());
 }
 
 TEST_F(CommandTest, RetryCountsJobs) {

@@ -110,6 +110,7 @@ TEST_F(StudyResultsTest, HaveTheirPlacesAndTheirTable) {
   const auto connection = Connection::Open(coordinator_.address());
   ASSERT_TRUE(connection.ok());
   const std::string out = dir_ + "/out";
+  std::set<std::string> score_files;
   for (int again = 0; again < 2; ++again) {
     const auto results = StudyResults::Open(out, study_);
     ASSERT_TRUE(results.ok()) << results.status();
@@ -117,6 +118,7 @@ TEST_F(StudyResultsTest, HaveTheirPlacesAndTheirTable) {
     ASSERT_TRUE(caught_up.ok()) << caught_up;
     EXPECT_EQ((*results)->trainings(), 4);
     EXPECT_EQ((*results)->evaluations(), 9);
+    score_files = (*results)->score_files();
   }
   EXPECT_EQ(ReadFile(out + "/training/again/builtin/seed-1/final.pt").value_or(""), "whole1");
   const Json card =
@@ -126,7 +128,7 @@ TEST_F(StudyResultsTest, HaveTheirPlacesAndTheirTable) {
   EXPECT_TRUE(fs::exists(out + "/scores/toy.sgbm.opencv.jsonl"));
   EXPECT_TRUE(fs::exists(out + "/curves/toy.again.builtin.seed-0.1-of-2.jsonl"));
 
-  const auto text = WriteStudyTable(out, study_);
+  const auto text = WriteStudyTable(out, study_, score_files);
   ASSERT_TRUE(text.ok()) << text.status();
   EXPECT_LT(text->find("\n  zebra"), text->find("\n  again ")) << "in the study's order: " << *text;
   const Json table = Json::parse(ReadFile(out + "/table.json").value_or(""));
@@ -136,6 +138,28 @@ TEST_F(StudyResultsTest, HaveTheirPlacesAndTheirTable) {
   EXPECT_THAT(curves, AllOf(HasSubstr("toy,bad-2 all,again,builtin,1,5,20.5\n"),
                             HasSubstr("toy,bad-2 all,again,builtin,1,10,6.5\n")));
   EXPECT_TRUE(fs::exists(out + "/curves/toy.png"));
+}
+
+TEST_F(StudyResultsTest, TheTableLeavesOutScoresOfAnotherStudyInTheFolder) {
+  const std::string out = dir_ + "/out";
+  const std::vector<std::string> fetch = {
+      "fetch", "s", "--out", out, "--coordinator", coordinator_.address()};
+  ASSERT_EQ(RunCommand(fetch).exit_code, kExitOk);
+  // Seed 1 is no longer among its results.
+  const auto of_seed_1 = [](const v1::JobResult& result) {
+    return result.label().find("seed 1") != std::string::npos;
+  };
+  coordinator_.results.erase(
+      std::remove_if(coordinator_.results.begin(), coordinator_.results.end(), of_seed_1),
+      coordinator_.results.end());
+  ASSERT_EQ(RunCommand(fetch).exit_code, kExitOk);
+  const Json table = Json::parse(ReadFile(out + "/table.json").value_or(""));
+  EXPECT_EQ(table["rows"][0]["variant"], "zebra");
+  EXPECT_EQ(table["rows"][0]["seeds"], 1);
+  EXPECT_EQ(table["rows"][0]["benchmarks"]["toy"]["value"], 5.5);
+  const std::string curves = ReadFile(out + "/curves/learning_curves.csv").value_or("");
+  EXPECT_THAT(curves, HasSubstr("toy,bad-2 all,zebra,builtin,0,10,"));
+  EXPECT_THAT(curves, testing::Not(HasSubstr(",builtin,1,")));
 }
 
 TEST_F(StudyResultsTest, TheTableOfAStudyComesFromItsCoordinator) {

@@ -69,6 +69,18 @@ TEST_F(ApiTest, RevokedCertificatesAreStrangersAndSoAreTheirSessions) {
   EXPECT_EQ(browser->Get("/api/v1/me", session)->status, 401);
 }
 
+TEST_F(ApiTest, TheListOfRevokedCertificatesMayBeElsewhere) {
+  ServeTls();
+  const auto olga = TlsClient("operator-olga");
+  EXPECT_EQ(olga->Get("/api/v1/me")->status, 200);
+  http_.reset();
+  options_.revoked = directory_ + "/list";
+  const std::string pem = *ReadFile(Tls("operator-olga") + "/tls.crt");
+  ASSERT_TRUE(WriteFile(options_.revoked, ReadCertificate(pem)->sha256 + "\n").ok());
+  Serve();
+  EXPECT_EQ(TlsClient("operator-olga")->Get("/api/v1/me")->status, 401);
+}
+
 TEST_F(ApiTest, OnLoopbackAFarmWithCertificatesLetsThisMachineLookOnly) {
   const int64_t study = Submit();
   ServeTls();
@@ -311,6 +323,17 @@ TEST_F(ApiTest, TheWallHasTheNewestPairsFirstAndGoesOn) {
   EXPECT_EQ(client->Get(path + "?variant=none")->status, 404);
 }
 
+TEST_F(ApiTest, DemandLeavesOutPausedStudiesHoweverManyAreNewer) {
+  ASSERT_TRUE(queue_->Pause(StudyId{Submit()}, "", "tester").ok());
+  for (int i = 0; i < 50; ++i) {
+    const StudyId newer{Submit({.name = "newer"})};
+    ASSERT_TRUE(queue_->Cancel(newer, "", "tester").ok());
+  }
+  Serve();
+  EXPECT_THAT(Client()->Get("/metrics")->body,
+              testing::HasSubstr("parallax_demand_slots{kind=\"solve\"} 0\n"));
+}
+
 TEST_F(ApiTest, APairHasPicturesMapsAndItsRecipe) {
   const int64_t study = Submit();
   Work();
@@ -325,6 +348,15 @@ TEST_F(ApiTest, APairHasPicturesMapsAndItsRecipe) {
   const auto picture = client->Get(path + "/picture/left?width=64");
   EXPECT_EQ(picture->get_header_value("Content-Type"), "image/jpeg");
   EXPECT_EQ(picture->body.substr(0, 2), "\xff\xd8");
+  // Another pair may get this number, after its study was forgotten.
+  EXPECT_EQ(picture->get_header_value("Cache-Control"), "private, no-cache");
+  const std::string etag = picture->get_header_value("ETag");
+  const auto same = client->Get(path + "/picture/left?width=64", {{"If-None-Match", etag}});
+  EXPECT_EQ(same->status, 304);
+  EXPECT_EQ(same->body, "");
+  const auto other = client->Get("/api/v1/pairs/" + newest[0]["id"].dump() + "/picture/left",
+                                 {{"If-None-Match", etag}});
+  EXPECT_EQ(other->status, 200) << "another pair has another tag";
   EXPECT_EQ(client->Get(path + "/map/disparity_left")->body.size(), 8u + 4u * kWidth * kHeight);
   EXPECT_EQ(Json(*client, path + "/frame")["rig"], 0);
   EXPECT_TRUE(Json(*client, path + "/recipe").contains("rigs"));
@@ -333,6 +365,9 @@ TEST_F(ApiTest, APairHasPicturesMapsAndItsRecipe) {
     EXPECT_GE(client->Get(path + absent)->status, 400) << absent;
   }
   EXPECT_EQ(client->Get("/api/v1/pairs/999")->status, 404);
+  for (const char* list : {"", "/pairs", "/jobs", "/scores"}) {
+    EXPECT_EQ(client->Get(std::string("/api/v1/studies/9999") + list)->status, 404) << list;
+  }
 }
 
 TEST_F(ApiTest, AFailedJobShowsItsAttemptsAndTheirLogs) {

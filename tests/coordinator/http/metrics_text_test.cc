@@ -102,6 +102,10 @@ TEST(MetricsText, DemandIsWhatMayStartAndWhatRunsWithoutPausedStudies) {
     jobs->set_jobs(count);
   }
   EXPECT_TRUE(HasLine(MetricsText(snapshot), "parallax_demand_slots{kind=\"render\"} 13"));
+  // A study counts alike if it is not among the newest.
+  std::swap(snapshot.studies, snapshot.older_unfinished);
+  EXPECT_TRUE(HasLine(MetricsText(snapshot), "parallax_demand_slots{kind=\"render\"} 13"));
+  std::swap(snapshot.studies, snapshot.older_unfinished);
   // A limit holds three of the four back.
   paused.set_state(v1::STUDY_STATE_RUNNING);
   paused.set_held_jobs(3);

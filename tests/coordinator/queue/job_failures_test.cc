@@ -1,6 +1,7 @@
 // Attempts that end without a result: by results that are not the job's, failures and losses.
 #include <set>
 
+#include "common/base/names.h"
 #include "queue_fixture.h"
 
 namespace parallax {
@@ -187,6 +188,17 @@ TEST_F(JobFailuresTest, OneFingerprintFromTwoWorkersQuarantines) {
   EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_RUNNING);
   WorkOff(AnyWorker("u"));
   EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_SUCCEEDED);
+}
+
+TEST_F(JobFailuresTest, AnErrorIsStoredAsUtf8WhereverItIsCut) {
+  const StudyId study = Submit({.pairs = 2});
+  std::string error = "x";
+  while (error.size() < 2000) error += "\u00fc";
+  Fail(Failure(LeaseOne(AnyWorker("w")), "w", error));
+  const std::string stored = ListJobs(study).front().error();
+  EXPECT_TRUE(IsUtf8(stored)) << stored;
+  EXPECT_LE(stored.size(), 1000u);
+  EXPECT_GT(stored.size(), 900u);
 }
 
 TEST_F(JobFailuresTest, DifferentFingerprintsDoNotQuarantine) {

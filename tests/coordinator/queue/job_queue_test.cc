@@ -322,6 +322,16 @@ TEST_F(JobQueueTest, CancelEndsEverythingAndStopsWhatRuns) {
   queue_->SetObserver(nullptr);
 }
 
+TEST_F(JobQueueTest, AStudyThatHasEndedIsNotCancelledAfterwards) {
+  const StudyId study = Submit({.pairs = 2});
+  WorkOff(AnyWorker("w"));
+  ASSERT_EQ(Status(study).state(), v1::STUDY_STATE_SUCCEEDED);
+  const absl::Status late = queue_->Cancel(study, "too late", "tester");
+  EXPECT_EQ(late.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(late.message()), HasSubstr("has ended already"));
+  EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_SUCCEEDED);
+}
+
 TEST_F(JobQueueTest, APausedStudyGetsNoLeasesButKeepsItsResults) {
   const StudyId study = Submit({.pairs = 4});
   const v1::Lease lease = LeaseOne(AnyWorker("w"));

@@ -256,6 +256,24 @@ TEST_F(TrainKindsTest, EvaluationsWaitForTheirNetworkAndBaselinesForNothing) {
   EXPECT_EQ(State(study), v1::STUDY_STATE_SUCCEEDED);
 }
 
+TEST_F(TrainKindsTest, ABaselineIsScoredAlthoughTheFirstVariantGivesUp) {
+  v1::SubmitRequest request = Request({.pairs = 2, .rigs_per_scene = 1, .variants = {"wide"}});
+  request.mutable_study()->mutable_evaluate()->add_benchmarks("shipped");
+  request.mutable_study()->mutable_evaluate()->add_baselines("sgbm");
+  const StudyId study = SubmitRequest(request);
+  for (int i = 0; i < 200; ++i) {
+    const auto leases = Lease(Solver("w"), 1);
+    if (leases.empty()) break;
+    Complete(RejectAnswer(leases[0], "w", /*with_layout=*/false));
+  }
+  EXPECT_THAT(States(study, "train"), ElementsAre("wide, seed 0: CANCELLED"));
+  EXPECT_THAT(States(study, "evaluate"),
+              ElementsAre("wide, seed 0 on shipped: CANCELLED", "sgbm on shipped: READY"));
+  EXPECT_EQ(State(study), v1::STUDY_STATE_RUNNING);
+  Complete(EvaluateAnswer(LeaseOne(Evaluator("e")), "e"));
+  EXPECT_EQ(State(study), v1::STUDY_STATE_FAILED);
+}
+
 TEST_F(TrainKindsTest, HeldOutPairsAreABenchmarkThatNothingIsTrainedOn) {
   v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
   v1::EvaluateSpec& evaluate = *request.mutable_study()->mutable_evaluate();

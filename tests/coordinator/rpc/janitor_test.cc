@@ -176,16 +176,18 @@ TEST_F(JanitorTest, RemovedContentLeavesRoom) {
   EXPECT_TRUE(content_->TakeRoom(900).ok());
 }
 
-// The keeper can't know which files a missing list names, so it removes none.
-TEST_F(JanitorTest, WithoutAListNoContentGoes) {
-  Ship("stays");
-  const std::string gone = Ship("gone");
-  SubmitWith(gone, "study");
+TEST_F(JanitorTest, AMissingOrBrokenListKeepsNoOtherContentAlive) {
+  Ship("unused");
+  SubmitWith(Ship("used"), "well");
+  const std::string gone = Ship("gone"), broken = Ship("broken");
+  SubmitWith(gone, "without");
+  SubmitWith(broken, "damaged");
   ASSERT_TRUE(store_->RemoveTree(ContentPath(FindContentReference(gone)->sha256)).ok());
-  EXPECT_FALSE(janitor_->SweepContent().ok());
+  ASSERT_TRUE(store_->Put(ContentPath(FindContentReference(broken)->sha256), "no list").ok());
+  EXPECT_EQ(SweepContent(), 0);
   clock_.Advance(101);
-  EXPECT_FALSE(janitor_->SweepContent().ok());
-  EXPECT_TRUE(HasContent("stays"));
+  EXPECT_EQ(SweepContent(), 4) << "the unused file, its list, and the files of the other two lists";
+  EXPECT_TRUE(HasContent("used"));
 }
 
 }  // namespace

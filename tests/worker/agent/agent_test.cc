@@ -144,6 +144,7 @@ TEST_F(AgentTest, EveryDefinitiveAnswerEndsAReportAndNoOtherDoes) {
       {v1::REPORT_OUTCOME_OK, grpc::StatusCode::INTERNAL, false},
       {v1::REPORT_OUTCOME_OK, grpc::StatusCode::RESOURCE_EXHAUSTED, false},
       {v1::REPORT_OUTCOME_OK, grpc::StatusCode::NOT_FOUND, false},
+      {v1::REPORT_OUTCOME_OK, grpc::StatusCode::UNIMPLEMENTED, false},
   };
   StartAgent();
   int64_t job = 0;

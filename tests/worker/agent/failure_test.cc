@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "common/base/names.h"
 #include "common/base/status.h"
+#include "worker/agent/attempt_report.h"
 #include "worker/agent/backoff.h"
 
 namespace parallax {
@@ -26,6 +28,21 @@ TEST(Failure, IsOneBoundedLine) {
   EXPECT_EQ(failure.error.find_first_of("\n\r\t"), std::string::npos);
   EXPECT_LE(failure.error.size(), 1000u);
   EXPECT_LE(failure.fingerprint.size(), 200u);
+}
+
+TEST(Failure, IsUtf8WhateverAProgramPrintsAndWhereverItIsCut) {
+  std::string umlauts;
+  while (umlauts.size() < 2000) umlauts += "\u00fc";
+  for (const std::string& text : {std::string("gr\xfc\xdf"), umlauts, "x" + umlauts}) {
+    const Failure failure = DescribeFailure(MakeError(absl::StatusCode::kInternal, text), "train");
+    EXPECT_TRUE(IsUtf8(failure.error)) << failure.error;
+    EXPECT_TRUE(IsUtf8(failure.fingerprint)) << failure.fingerprint;
+    EXPECT_LE(failure.error.size(), 1000u);
+    EXPECT_LE(failure.fingerprint.size(), 200u);
+    const Report report =
+        UnusableReport({}, {"w", "c"}, MakeError(absl::StatusCode::kInternal, text));
+    EXPECT_TRUE(IsUtf8(std::get<v1::FailRequest>(report.body).error()));
+  }
 }
 
 TEST(Failure, CarriesTheEndOfALog) {

@@ -213,7 +213,9 @@ TEST_F(SensorStageTest, TheKeyFollowsSensorAndLight) {
 class VerifyLightTest : public ::testing::Test {
  protected:
   void Make(const std::string& sensor) {
-    dir_ = ::testing::TempDir() + "verify_light_" + sensor;
+    // Of its own: tests run at once, each in a process.
+    dir_ = ::testing::TempDir() + "verify_light_" +
+           ::testing::UnitTest::GetInstance()->current_test_info()->name();
     MakeSyntheticArchive(dir_, {.scenes = 1, .rigs = 1, .keep_hdr = true, .sensor = sensor});
     frame_ = dir_ + "/a/frames/000000/000";
   }

@@ -142,8 +142,7 @@ absl::Status ExplainTheirs(const Handshake& handshake, const std::string& who,
     case X509_V_ERR_CERT_HAS_EXPIRED:
       return Unauthenticated(
           "{} shows a certificate that expired on {}; its operator makes a new one with "
-          "`coordinator "
-          "init DIR --renew server` and starts it again",
+          "`coordinator init DIR --renew server` and starts it again",
           who, DateOf(handshake.theirs.not_after_unix_s));
     case X509_V_ERR_CERT_NOT_YET_VALID:
       return Unauthenticated(

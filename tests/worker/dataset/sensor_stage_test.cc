@@ -213,7 +213,7 @@ TEST_F(SensorStageTest, TheKeyFollowsSensorAndLight) {
 class VerifyLightTest : public ::testing::Test {
  protected:
   void Make(const std::string& sensor) {
-    // Of its own: tests run at once, each in a process.
+    // Each test has a folder of its own, because ctest runs several at once.
     dir_ = ::testing::TempDir() + "verify_light_" +
            ::testing::UnitTest::GetInstance()->current_test_info()->name();
     MakeSyntheticArchive(dir_, {.scenes = 1, .rigs = 1, .keep_hdr = true, .sensor = sensor});

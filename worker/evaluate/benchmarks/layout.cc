@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 
 #include "common/image/io.h"
@@ -58,6 +59,13 @@ std::vector<std::string> FilesEnding(const std::string& dir, const std::string& 
 bool IsFile(const std::string& path) {
   std::error_code error;
   return fs::is_regular_file(path, error);
+}
+
+std::string PlainName(std::string name) {
+  for (char& c : name) {
+    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '.') c = '_';
+  }
+  return name;
 }
 
 absl::Status RequireFiles(const std::vector<std::string>& paths) {

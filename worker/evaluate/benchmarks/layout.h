@@ -21,6 +21,10 @@ std::vector<std::string> FilesEnding(const std::string& dir, const std::string& 
 
 bool IsFile(const std::string& path);
 
+// Returns a name of a pair with '_' for each character, such as a space, that a predictor's list of
+// files can't hold.
+std::string PlainName(std::string name);
+
 // Errors: kNotFound naming the first file of `paths` that is not there, and how many more aren't.
 absl::Status RequireFiles(const std::vector<std::string>& paths);
 

@@ -1,5 +1,4 @@
 // Any folder of pairs in Middlebury's layout: a folder a pair, or the folder of one pair.
-#include <cctype>
 #include <filesystem>
 #include <map>
 
@@ -18,14 +17,6 @@ std::string FirstOf(const std::string& at, const std::vector<std::string>& names
     if (IsFile(at + name)) return at + name;
   }
   return "";
-}
-
-// Replaces what a predictor's list of files or a file name can't hold, a space for one.
-std::string PairName(std::string name) {
-  for (char& c : name) {
-    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '.') c = '_';
-  }
-  return name;
 }
 
 absl::StatusOr<Benchmark> OpenPairFolder(const std::string& dir) {
@@ -55,7 +46,7 @@ absl::StatusOr<Benchmark> OpenPairFolder(const std::string& dir) {
     if (truth.left.empty()) truth.left = at + "disp0GT.pfm";
     files.insert(files.end(), {at + "im0.png", at + "im1.png", truth.left});
     const std::string name =
-        PairName(folder.empty() ? fs::path(at).parent_path().filename().string() : folder);
+        PlainName(folder.empty() ? fs::path(at).parent_path().filename().string() : folder);
     const auto [first, is_new] = folder_by_name.try_emplace(name, folder);
     if (!is_new) {
       return InvalidArgument("{}: the pairs \"{}\" and \"{}\" would both be named {}: rename one",

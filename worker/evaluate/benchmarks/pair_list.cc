@@ -36,11 +36,7 @@ absl::StatusOr<PairTruth> ReadListedTruth(const std::string& truth_path, const s
 
 // "0003_left": the line's number first, so that names are unique and sort as the list does.
 std::string PairName(int index, const std::string& left) {
-  std::string name = fmt::format("{:04}_{}", index, fs::path(left).stem().string());
-  for (char& c : name) {
-    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '.') c = '_';
-  }
-  return name;
+  return PlainName(fmt::format("{:04}_{}", index, fs::path(left).stem().string()));
 }
 
 absl::StatusOr<Benchmark> OpenPairList(const std::string& path) {

@@ -42,7 +42,10 @@ absl::Status CheckIsCheckpoint(const std::string& path) {
   file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
   if (!file.is_open() || begin == kZip) return absl::OkStatus();
   return InvalidArgument(
-      "{}: no checkpoint of the built-in trainer, wanted a .pt file that it wrote, or sgbm", path);
+      "{}: no checkpoint of the built-in trainer, wanted a .pt file that it wrote, or sgbm; other "
+      "networks predict by --command, TorchScript and ONNX by \"trainer predict --format onnx "
+      "--checkpoint FILE --list {{list}}\"",
+      path);
 }
 
 // Returns what a checkpoint was trained on by the place where it lies: the set of

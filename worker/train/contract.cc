@@ -10,6 +10,8 @@
 #include <set>
 
 #include "common/base/file.h"
+#include "worker/train/contract_predict.h"
+#include "worker/train/contract_reader.h"
 
 namespace parallax {
 namespace {
@@ -20,8 +22,6 @@ const std::set<std::string> kTrainNames = {"data",   "weight",     "out",
 const std::set<std::string> kSizeNames = {"width", "height"};
 const std::set<std::string> kBatchNames = {"batch"};
 const std::set<std::string> kResumeNames = {"resume", "out", "repository"};
-const std::set<std::string> kPredictNames = {"checkpoint", "list", "device",
-                                             "threads",    "out",  "repository"};
 const std::set<std::string> kDirectoryNames = {"out", "repository"};
 const std::set<std::string> kLinkNames = {"out", "data", "repository"};
 
@@ -34,107 +34,7 @@ const std::vector<std::string> kExits = {"not_finite", "out_of_memory", "usage"}
 const std::vector<std::string> kProgressGroups = {"step",  "loss",  "epe_px",
                                                   "eta_s", "epoch", "epoch_steps"};
 
-std::string Listed(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
-// Placeholder names in `text`, in order.
-std::vector<std::string> PlaceholdersIn(const std::string& text) {
-  static const std::regex kName(R"(\{([a-z_]+)\})");
-  std::vector<std::string> names;
-  for (std::sregex_iterator it(text.begin(), text.end(), kName), end; it != end; ++it)
-    names.push_back((*it)[1]);
-  return names;
-}
-
-// One file's errors and how its fields are read.
-class Reader {
- public:
-  explicit Reader(std::string file) : file_(std::move(file)) {}
-
-  void Error(const YAML::Node& node, const std::string& what) {
-    const int line = node && node.Mark().line >= 0 ? node.Mark().line + 1 : 0;
-    errors_ += (errors_.empty() ? "" : "\n") + file_ + (line > 0 ? fmt::format(":{}", line) : "") +
-               ": " + what;
-  }
-
-  // Tells of keys that are not in `known`.
-  void CheckKeys(const YAML::Node& map, const std::string& where,
-                 const std::vector<std::string>& known) {
-    if (!map.IsMap()) return Error(map, where + " must be a map");
-    for (const auto& entry : map) {
-      const std::string key = entry.first.Scalar();
-      if (std::find(known.begin(), known.end(), key) == known.end()) {
-        Error(entry.first,
-              "unknown field \"" + key + "\" in " + where + " (there are " + Listed(known) + ")");
-      }
-    }
-  }
-
-  std::string Text(const YAML::Node& map, const char* key, bool needed) {
-    const YAML::Node node = map[key];
-    if (!node) {
-      if (needed) Error(map, std::string("\"") + key + "\" is missing");
-      return "";
-    }
-    if (!node.IsScalar()) Error(node, std::string("\"") + key + "\" must be a text");
-    return node.IsScalar() ? node.Scalar() : "";
-  }
-
-  std::vector<std::string> Texts(const YAML::Node& map, const char* key, bool needed) {
-    std::vector<std::string> texts;
-    const YAML::Node node = map[key];
-    if (!node && needed) Error(map, std::string("\"") + key + "\" is missing");
-    if (!node) return texts;
-    const bool list =
-        node.IsSequence() &&
-        std::all_of(node.begin(), node.end(), [](const YAML::Node& n) { return n.IsScalar(); });
-    if (!list) Error(node, std::string("\"") + key + "\" must be a list of arguments");
-    if (list)
-      for (const YAML::Node& item : node) texts.push_back(item.Scalar());
-    return texts;
-  }
-
-  int64_t Count(const YAML::Node& map, const char* key) {
-    const YAML::Node node = map[key];
-    if (!node) return 0;
-    int64_t value = -1;
-    if (!node.IsScalar() || !YAML::convert<int64_t>::decode(node, value) || value < 0) {
-      Error(node, std::string("\"") + key + "\" must be a whole number, 0 or more");
-      return 0;
-    }
-    return value;
-  }
-
-  double Number(const YAML::Node& map, const char* key) {
-    const YAML::Node node = map[key];
-    double value = 0;
-    if (!node) return 0;
-    if (node.IsScalar() && YAML::convert<double>::decode(node, value) && value >= 0) return value;
-    Error(node, std::string("\"") + key + "\" must be a number, 0 or more");
-    return 0;
-  }
-
-  void CheckPlaceholders(const YAML::Node& node, const std::vector<std::string>& command,
-                         const std::set<std::string>& known) {
-    for (const std::string& argument : command) {
-      for (const std::string& name : PlaceholdersIn(argument)) {
-        if (known.contains(name)) continue;
-        Error(node, "unknown placeholder {" + name + "} (there are " +
-                        Listed({known.begin(), known.end()}) + ")");
-      }
-    }
-  }
-
-  const std::string& errors() const { return errors_; }
-
- private:
-  std::string file_, errors_;
-};
-
-void ReadProgressFields(Reader& reader, const YAML::Node& root, TrainerContract& contract) {
+void ReadProgressFields(ContractReader& reader, const YAML::Node& root, TrainerContract& contract) {
   const YAML::Node node = root["progress"];
   if (!node) return reader.Error(root, "\"progress\" is missing (json, or {pattern, groups})");
   if (node.IsScalar()) {
@@ -165,7 +65,7 @@ void ReadProgressFields(Reader& reader, const YAML::Node& root, TrainerContract&
   }
 }
 
-void ReadOutcomeFields(Reader& reader, const YAML::Node& root, TrainerContract& contract) {
+void ReadOutcomeFields(ContractReader& reader, const YAML::Node& root, TrainerContract& contract) {
   const YAML::Node leaves = root["leaves"];
   if (!leaves) return reader.Error(root, "\"leaves\" is missing ({checkpoints, final})");
   reader.CheckKeys(leaves, "leaves", {"checkpoints", "final"});
@@ -178,20 +78,7 @@ void ReadOutcomeFields(Reader& reader, const YAML::Node& root, TrainerContract& 
   }
 }
 
-void ReadPredict(Reader& reader, const YAML::Node& root, TrainerContract& contract) {
-  const YAML::Node predict = root["predict"];
-  if (!predict || predict.IsScalar()) {
-    const std::string seen = predict ? "is \"" + predict.Scalar() + "\"" : "is missing";
-    return reader.Error(predict ? predict : root,
-                        "\"predict\" " + seen +
-                            ", but must be a command that writes disparities, for example "
-                            "[python3, predict.py, \"{checkpoint}\", \"{list}\"]");
-  }
-  contract.predict = reader.Texts(root, "predict", true);
-  reader.CheckPlaceholders(predict, contract.predict, kPredictNames);
-}
-
-void ReadExits(Reader& reader, const YAML::Node& root, TrainerContract& contract) {
+void ReadExits(ContractReader& reader, const YAML::Node& root, TrainerContract& contract) {
   const YAML::Node exits = root["exits"];
   if (!exits) return;
   reader.CheckKeys(exits, "exits", kExits);
@@ -203,7 +90,7 @@ void ReadExits(Reader& reader, const YAML::Node& root, TrainerContract& contract
 }
 
 // Memory and tags choose workers, and the coordinator, which does that, does not see this file.
-void ReadNeeds(Reader& reader, const YAML::Node& root, TrainerContract& contract) {
+void ReadNeeds(ContractReader& reader, const YAML::Node& root, TrainerContract& contract) {
   const YAML::Node needs = root["needs"];
   if (!needs) return;
   reader.CheckKeys(needs, "needs", {"gpus", "memory_mb", "tags"});
@@ -227,7 +114,7 @@ bool Names(const std::vector<std::string>& command, const std::string& placehold
   });
 }
 
-void ReadTrain(Reader& reader, const YAML::Node& root, TrainerContract& contract) {
+void ReadTrain(ContractReader& reader, const YAML::Node& root, TrainerContract& contract) {
   const YAML::Node train = root["train"];
   contract.train = reader.Texts(root, "train", true);
   reader.CheckPlaceholders(train, contract.train, kTrainNames);
@@ -243,7 +130,7 @@ void ReadTrain(Reader& reader, const YAML::Node& root, TrainerContract& contract
 absl::StatusOr<TrainerContract> ParseTrainerContract(std::string_view yaml,
                                                      const std::string& file) {
   TrainerContract contract;
-  Reader reader(file);
+  ContractReader reader(file);
   YAML::Node root;
   try {
     root = YAML::Load(std::string(yaml));
@@ -280,7 +167,7 @@ absl::StatusOr<TrainerContract> ParseTrainerContract(std::string_view yaml,
   contract.steps_per_minute = reader.Number(root, "steps_per_minute");
   ReadProgressFields(reader, root, contract);
   ReadOutcomeFields(reader, root, contract);
-  ReadPredict(reader, root, contract);
+  contract.predict = ReadPredictCommand(reader, root);
   ReadExits(reader, root, contract);
   ReadNeeds(reader, root, contract);
   if (!reader.errors().empty()) return InvalidArgument("{}", reader.errors());

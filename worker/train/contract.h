@@ -14,6 +14,11 @@
 //   {width} {height} {batch}   (`size` and `batch` only, which are appended if the study sets them)
 //   {checkpoint} {list}        of `predict`: the trained checkpoint; lines "left right output.pfm"
 //   {repository}  the folder of the trainer's own code on the worker; see installed_trainers.h
+//
+// `predict` is a command, or the format of the final checkpoint, torchscript or onnx, if that is a
+// network that the program `trainer` can run itself; then it may be a map with `format`,
+// pixel_range, mean, std, channels (rgb, bgr), pad_multiple, width_px and height_px, output,
+// negate: what they mean stands in exchange_network.h (NetworkConventions).
 #pragma once
 
 #include <map>

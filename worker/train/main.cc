@@ -1,9 +1,12 @@
 // The program `trainer`: trains the built-in stereo network on datasets, and predicts with it. It
 // is a program of its own so that what goes wrong in torch takes no worker along.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <functional>
 #include <iostream>
+#include <memory>
 #include <sstream>
 
 #include "common/base/file.h"
@@ -11,6 +14,7 @@
 #include "common/base/version.h"
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
+#include "worker/train/exchange_network.h"
 #include "worker/train/predictor.h"
 #include "worker/train/torchscript.h"
 #include "worker/train/training.h"
@@ -141,24 +145,58 @@ CLI::App* AddTrain(CLI::App& app, TrainOptions& o) {
 // ---- predict and export
 
 struct PredictArguments {
-  std::string checkpoint, list, left, right, out, size;
+  std::string checkpoint, list, left, right, out, size, format = "checkpoint", channels = "rgb";
+  std::vector<double> mean, std;
   PredictOptions options;
+  NetworkConventions conventions;
+  const CLI::App* convention_options = nullptr;  // Only for networks in exchange formats.
+  const CLI::Option* search_option = nullptr;    // Only for checkpoints.
 };
 
-absl::Status PredictOne(const Predictor& predictor, const PredictArguments& a,
-                        const std::string& left_path, const std::string& right_path,
-                        const std::string& out) {
+using PredictPair =
+    std::function<absl::StatusOr<ImageF>(const ImageRgb8& left, const ImageRgb8& right)>;
+
+absl::StatusOr<PredictPair> LoadCheckpoint(const PredictArguments& a) {
+  ASSIGN_OR_RETURN(Predictor loaded, Predictor::Load(a.checkpoint));
+  const auto predictor = std::make_shared<Predictor>(std::move(loaded));
+  return [predictor, &a](const ImageRgb8& left, const ImageRgb8& right) {
+    return predictor->Predict(left, right, a.options);
+  };
+}
+
+absl::StatusOr<PredictPair> LoadExchanged(const PredictArguments& a) {
+  NetworkConventions conventions = a.conventions;
+  conventions.bgr = a.channels == "bgr";
+  if (!a.mean.empty()) std::copy_n(a.mean.begin(), 3, conventions.mean.begin());
+  if (!a.std.empty()) std::copy_n(a.std.begin(), 3, conventions.std.begin());
+  if (!a.size.empty()) {
+    TrainSettings size;
+    RETURN_IF_ERROR(ParseSize("--size", a.size, size));
+    conventions.width_px = size.crop_width;
+    conventions.height_px = size.crop_height;
+  }
+  const auto format = a.format == "onnx" ? ExchangeFormat::kOnnx : ExchangeFormat::kTorchScript;
+  ASSIGN_OR_RETURN(ExchangeNetwork loaded,
+                   ExchangeNetwork::Load(a.checkpoint, format, conventions, a.options.threads));
+  const auto network = std::make_shared<ExchangeNetwork>(std::move(loaded));
+  return [network](const ImageRgb8& left, const ImageRgb8& right) {
+    return network->Predict(left, right);
+  };
+}
+
+absl::Status PredictOne(const PredictPair& predict, const std::string& left_path,
+                        const std::string& right_path, const std::string& out) {
   ASSIGN_OR_RETURN(const ImageRgb8 left, ReadPictureRgb8(left_path));
   ASSIGN_OR_RETURN(const ImageRgb8 right, ReadPictureRgb8(right_path));
-  absl::StatusOr<ImageF> disparity = predictor.Predict(left, right, a.options);
+  absl::StatusOr<ImageF> disparity = predict(left, right);
   if (!disparity.ok()) return WithContext(disparity.status(), left_path + " and " + right_path);
   const absl::Status written = WritePfm(out, *disparity);
   // A full disk has the code of exhausted memory, and another exit status.
   return absl::IsResourceExhausted(written) ? Unavailable("{}", written.message()) : written;
 }
 
-absl::Status PredictList(const Predictor& predictor, const PredictArguments& a) {
-  ASSIGN_OR_RETURN(const std::string text, ReadFile(a.list));
+absl::Status PredictList(const PredictPair& predict, const std::string& list) {
+  ASSIGN_OR_RETURN(const std::string text, ReadFile(list));
   std::istringstream lines(text);
   int number = 0;
   for (std::string line; std::getline(lines, line);) {
@@ -167,36 +205,86 @@ absl::Status PredictList(const Predictor& predictor, const PredictArguments& a) 
     std::string left, right, out, more;
     if (!(words >> left)) continue;
     if (!(words >> right >> out) || (words >> more)) {
-      return InvalidArgument("{}:{}: wanted \"left right output.pfm\"", a.list, number);
+      return InvalidArgument("{}:{}: wanted \"left right output.pfm\"", list, number);
     }
-    RETURN_IF_ERROR(PredictOne(predictor, a, left, right, out));
+    RETURN_IF_ERROR(PredictOne(predict, left, right, out));
+  }
+  return absl::OkStatus();
+}
+
+// Tells of an option that has no effect with the format.
+absl::Status CheckOptionsFit(const PredictArguments& a) {
+  const bool exchanged = a.format != "checkpoint";
+  if (exchanged && a.search_option->count() > 0) {
+    return InvalidArgument("--max-disparity has no effect on a network in the format {}", a.format);
+  }
+  for (const CLI::Option* option : a.convention_options->get_options()) {
+    if (exchanged || option->count() == 0) continue;
+    return InvalidArgument("{} has no effect without --format torchscript or onnx",
+                           option->get_name());
   }
   return absl::OkStatus();
 }
 
 int Predict(const PredictArguments& a) {
+  if (const absl::Status fit = CheckOptionsFit(a); !fit.ok()) return Fail(fit);
   if (a.list.empty() == (a.left.empty() || a.right.empty() || a.out.empty())) {
     return Fail(TrainerExit::kUsage, "predict: give --list, or --left, --right and --out");
   }
-  const absl::StatusOr<Predictor> predictor = Predictor::Load(a.checkpoint);
-  if (!predictor.ok()) return Fail(predictor.status());
-  const absl::Status status = a.list.empty() ? PredictOne(*predictor, a, a.left, a.right, a.out)
-                                             : PredictList(*predictor, a);
+  const auto predict = a.format == "checkpoint" ? LoadCheckpoint(a) : LoadExchanged(a);
+  if (!predict.ok()) return Fail(predict.status());
+  const absl::Status status =
+      a.list.empty() ? PredictOne(*predict, a.left, a.right, a.out) : PredictList(*predict, a.list);
   return status.ok() ? 0 : Fail(status);
+}
+
+// Options for networks in exchange formats.
+void AddConventions(CLI::App& predict, PredictArguments& a) {
+  CLI::App& command = *predict.add_option_group("TorchScript and ONNX");
+  a.convention_options = &command;
+  NetworkConventions& c = a.conventions;
+  command.add_option("--pixel-range", c.pixel_range, "Value of a white pixel")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command.add_option("--mean", a.mean, "Three values subtracted from the channels")
+      ->expected(3)
+      ->delimiter(',');
+  command.add_option("--std", a.std, "Three values that the channels are divided by")
+      ->expected(3)
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber);
+  command.add_option("--channels", a.channels, "Their order")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"rgb", "bgr"}));
+  command.add_option("--pad-multiple", c.pad_multiple, "Pictures are padded to multiples of this")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 4096));
+  command.add_option("--size", a.size,
+                     "HEIGHTxWIDTH that the network takes; pictures are scaled to it");
+  command.add_option("--output", c.output, "Number of its output; negative: from the end")
+      ->capture_default_str();
+  command.add_flag("--negate", c.negate, "It gives negative disparities");
 }
 
 CLI::App* AddPredict(CLI::App& app, PredictArguments& a) {
   CLI::App* command = app.add_subcommand("predict", "Disparities of stereo pairs as PFM files");
-  command->add_option("--checkpoint", a.checkpoint, "Of `trainer train`")->required();
+  command->add_option("--checkpoint", a.checkpoint, "Of `trainer train`, or a network of --format")
+      ->required();
+  command
+      ->add_option("--format", a.format,
+                   "torchscript or onnx: a network of any trainer, with the options below")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"checkpoint", "torchscript", "onnx"}));
   command->add_option("--list", a.list, "File with a line \"left right output.pfm\" for each pair");
   command->add_option("--left", a.left, "Left image");
   command->add_option("--right", a.right, "Right image");
   command->add_option("--out", a.out, "Disparities of the left image, pixels");
-  command
-      ->add_option("--max-disparity", a.options.max_disparity,
-                   "Pixels to search (default: as trained)")
-      ->check(CLI::Range(1.0, 1e5));
+  a.search_option = command
+                        ->add_option("--max-disparity", a.options.max_disparity,
+                                     "Pixels to search (default: as trained)")
+                        ->check(CLI::Range(1.0, 1e5));
   command->add_option("--threads", a.options.threads, "CPU threads")->check(CLI::Range(1, 1024));
+  AddConventions(*command, a);
   return command;
 }
 

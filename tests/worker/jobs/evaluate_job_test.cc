@@ -112,6 +112,32 @@ TEST_F(EvaluateJobTest, ANetworkPredictsInTheFolderThatItsTrainerNames) {
   EXPECT_TRUE(outcome.ok()) << outcome.status() << LogTailOf(outcome.status());
 }
 
+// Its disparity is the mean of the left picture minus that of the right.
+TEST_F(EvaluateJobTest, AnOnnxNetworkIsRunByTheProgramTrainer) {
+  setenv("PARALLAX_TRAINER", TRAINER, 1);
+  std::filesystem::create_directories(dir_ + "/trainers");
+  std::ofstream(dir_ + "/trainers/exported.yaml")
+      << "trainer: exported\nlayout: archive\ntrain: [./train, '{seed}']\nprogress: json\n"
+         "leaves: {final: last.onnx}\npredict: {format: onnx, pixel_range: 1}\n";
+  auto trainers = InstalledTrainers::Load({"exported"}, dir_ + "/trainers");
+  ASSERT_TRUE(trainers.ok()) << trainers.status();
+  options_->trainers = *std::move(trainers);
+  const auto network = ReadFile(ONNX_NETWORK);
+  ASSERT_TRUE(network.ok()) << network.status();
+  ASSERT_TRUE(store_->Put("net/last.onnx", *network).ok());
+  v1::EvaluateJob job = JobOnHeldout();
+  job.set_trainer("exported");
+  job.set_checkpoint_path("net/last.onnx");
+  job.mutable_checkpoint()->set_size(static_cast<int64_t>(network->size()));
+  job.mutable_checkpoint()->set_sha256(Sha256Hex(*network));
+  const auto outcome = Evaluate(job, 1);
+  unsetenv("PARALLAX_TRAINER");
+  ASSERT_TRUE(outcome.ok()) << outcome.status() << LogTailOf(outcome.status());
+  v1::EvaluateResult result;
+  ASSERT_TRUE(result.ParseFromString(outcome->result));
+  EXPECT_EQ(result.pairs(), 7);
+}
+
 // One scene of the 27 of a public benchmark.
 class PartOfABenchmarkTest : public EvaluateJobTest {
  protected:

@@ -171,6 +171,27 @@ TEST(TrainerContract, RaftStereoIsSeededThoughItsScriptSeedsItself) {
   std::filesystem::remove_all(dir);
 }
 
+TEST(TrainerContract, NetworksInExchangeFormatsAreRunByTheProgramTrainer) {
+  const auto command = [](const std::string& predict) {
+    std::string text = kGood;
+    const std::string own = "[./predict, \"{checkpoint}\", \"{list}\"]";
+    text.replace(text.find(own), own.size(), predict);
+    const auto contract = ParseTrainerContract(text, "mine.yaml");
+    EXPECT_TRUE(contract.ok()) << contract.status();
+    return contract.ok() ? contract->predict : std::vector<std::string>();
+  };
+  EXPECT_THAT(command("torchscript"),
+              ElementsAre("trainer", "predict", "--format=torchscript", "--checkpoint",
+                          "{checkpoint}", "--list", "{list}", "--threads", "{threads}"));
+  EXPECT_THAT(command("{format: onnx, pixel_range: 1, mean: [0.5, 0.25, 0], std: [1, 2, 0.125], "
+                      "channels: bgr, pad_multiple: 64, width_px: 640, height_px: 384, output: -2, "
+                      "negate: true}"),
+              ElementsAre("trainer", "predict", "--format=onnx", "--checkpoint", "{checkpoint}",
+                          "--list", "{list}", "--threads", "{threads}", "--pixel-range=1",
+                          "--mean=0.5,0.25,0", "--std=1,2,0.125", "--channels=bgr",
+                          "--pad-multiple=64", "--output=-2", "--negate=true", "--size=384x640"));
+}
+
 TEST(TrainerContract, ErrorsNameFileLineAndWhatIsAllowed) {
   struct Case {
     const char* from;  // Text of kGood
@@ -190,10 +211,24 @@ TEST(TrainerContract, ErrorsNameFileLineAndWhatIsAllowed) {
       {"'step (\\d+) loss", "'step (\\d+ loss", "not a regular expression"},
       {"\"*.ckpt\"", "a.ckpt", "must have one *"},
       {", final: last.ckpt", "", "\"final\" is missing"},
-      {"predict: [./predict, \"{checkpoint}\", \"{list}\"]", "predict: onnx",
-       "m.yaml:7: \"predict\" is \"onnx\", but must be a command that writes disparities"},
-      {"predict: [./predict, \"{checkpoint}\", \"{list}\"]", "predict: torchscript",
-       "m.yaml:7: \"predict\" is \"torchscript\", but must be a command"},
+      {"predict: [./predict, \"{checkpoint}\", \"{list}\"]", "predict: tensorrt",
+       "m.yaml:7: \"predict\" is \"tensorrt\", but must be torchscript, onnx, a map"},
+      {"predict: [./predict, \"{checkpoint}\", \"{list}\"]",
+       "predict: {width_px: 64, height_px: 32}", "m.yaml:7: \"format\" is missing"},
+      {"predict: [./predict, \"{checkpoint}\", \"{list}\"]",
+       "predict: {format: onnx, mean: [1, 2]}", "m.yaml:7: \"mean\" must be three numbers"},
+      {"predict: [./predict, \"{checkpoint}\", \"{list}\"]",
+       "predict: {format: onnx, std: [1, 2, 0]}", "\"std\" must be three numbers above 0"},
+      {"predict: [./predict, \"{checkpoint}\", \"{list}\"]",
+       "predict: {format: onnx, pixel_range: 0}", "\"pixel_range\" must be a number above 0"},
+      {"predict: [./predict, \"{checkpoint}\", \"{list}\"]",
+       "predict: {format: onnx, channels: rbg}", "\"channels\" must be rgb or bgr"},
+      {"predict: [./predict, \"{checkpoint}\", \"{list}\"]",
+       "predict: {format: onnx, width_px: 64}", "\"width_px\" and \"height_px\" go together"},
+      {"predict: [./predict, \"{checkpoint}\", \"{list}\"]",
+       "predict: {format: onnx, output: last}", "\"output\" must be the number of an output"},
+      {"predict: [./predict, \"{checkpoint}\", \"{list}\"]", "predict: {format: onnx, scale: 2}",
+       "unknown field \"scale\" in predict (there are format, "},
       {"gpus: 2", "gpus: -1", "m.yaml:8: \"gpus\" must be a whole number"},
       {"gpus: 2", "gpu: 2", "m.yaml:8: unknown field \"gpu\" in needs"},
       {"gpus: 2", "tags: [a]", "m.yaml:8: \"tags\" has no effect here"},

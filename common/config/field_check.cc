@@ -206,8 +206,10 @@ void CheckSensor(const v1::SceneConfig& config, const std::string& path, Finding
     findings->push_back({Dotted(path, field), std::move(what)});
   };
   if (!config.render().keep_hdr()) {
-    tell("render.keep_hdr",
-         "false, but a sensor makes its pictures of what it keeps, allowed is true");
+    // At the sensor, which the user wrote: the other field is mostly a default.
+    tell("sensor.preset", sensor.preset() +
+                              ", which makes its pictures of what render.keep_hdr "
+                              "keeps, allowed with render.keep_hdr: true");
   }
   if (std::find(maps.begin(), maps.end(), "depth") != maps.end()) return;
   if (SupportOf(sensor.defocus_px()).high > 0) {

@@ -82,6 +82,13 @@ class S3Store final : public Store {
     return answer.code == 416 ? std::string() : std::move(answer.body);
   }
 
+  absl::StatusOr<bool> Has(std::string_view path) const override {
+    RETURN_IF_ERROR(CheckStorePath(path));
+    ASSIGN_OR_RETURN(const HttpAnswer answer,
+                     requests_.Ask({.method = "HEAD"}, KeyOf(path), {}, {404}));
+    return answer.code != 404;
+  }
+
   absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const override {
     if (!prefix.empty()) RETURN_IF_ERROR(CheckStorePath(prefix));
     ASSIGN_OR_RETURN(std::vector<StoreEntry> entries,

@@ -51,6 +51,13 @@ absl::Status Store::PutFile(std::string_view path, const std::string& local_path
   return Put(path, bytes);
 }
 
+absl::StatusOr<bool> Store::Has(std::string_view path) const {
+  const absl::Status status = GetPiece(path, 0, 1).status();
+  if (absl::IsNotFound(status)) return false;
+  RETURN_IF_ERROR(status);
+  return true;
+}
+
 absl::StatusOr<std::unique_ptr<Store>> OpenStore(std::string_view uri,
                                                  const StoreOptions& options) {
   constexpr std::string_view kFile = "file://";

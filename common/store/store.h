@@ -47,6 +47,9 @@ class Store {
   // Returns at most `max_bytes` bytes from `offset` on; "" at the end. Errors: those of Get.
   virtual absl::StatusOr<std::string> GetPiece(std::string_view path, int64_t offset,
                                                size_t max_bytes) const = 0;
+  // Returns whether there is this file, without reading more than a byte of it. Errors: those of
+  // Put, except kNotFound.
+  virtual absl::StatusOr<bool> Has(std::string_view path) const;
   // Returns the files below `prefix`; none if there is no such folder. Errors: those of Put.
   virtual absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const = 0;
   // Removes a file, or a folder with all that is in it. Returns OK if there is none. Errors: those

@@ -103,4 +103,12 @@ absl::StatusOr<ShippedContent> ShipContent(v1::StudySpec& study, Store& store) {
   return shipper.shipped();
 }
 
+void NameOwnCopies(v1::StudySpec& study) {
+  for (v1::VariantSpec& variant : *study.mutable_variants()) {
+    for (std::string* folder : ContentFoldersOf(*variant.mutable_config())) {
+      if (const auto reference = FindContentReference(*folder)) *folder = reference->path;
+    }
+  }
+}
+
 }  // namespace parallax::client

@@ -23,4 +23,8 @@ struct ShippedContent {
 // are allowed; those of reading files and of the store, naming the folder.
 absl::StatusOr<ShippedContent> ShipContent(v1::StudySpec& study, Store& store);
 
+// Makes the study name folders that lists in a store stand for by their paths below a worker's
+// --picture-root: each worker takes its own copy.
+void NameOwnCopies(v1::StudySpec& study);
+
 }  // namespace parallax::client

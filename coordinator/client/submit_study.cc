@@ -11,6 +11,8 @@ absl::StatusOr<Submitted> SubmitStudy(SubmitOrder order, Connection& connection,
   Submitted submitted;
   if (order.ship_content) {
     ASSIGN_OR_RETURN(submitted.shipped, ShipContent(order.study, *connection.RemoteStore()));
+  } else {
+    NameOwnCopies(order.study);
   }
   v1::SubmitRequest request;
   request.set_idempotency_key(IdempotencyKey(order.study));

@@ -1,17 +1,48 @@
 #include "coordinator/rpc/content_keeper.h"
 
 #include <chrono>
-#include <set>
+#include <iterator>
 
 #include "common/base/log.h"
+#include "common/base/names.h"
+#include "common/config/content_folders.h"
 #include "common/store/content.h"
 #include "common/store/store.h"
 
 namespace parallax {
+namespace {
+
+// From when a study is checked until its own names keep its content: far more than a commit takes.
+constexpr double kSubmit_s = 60;
+
+}  // namespace
 
 void ContentKeeper::Note(const std::string& sha256) {
   const std::lock_guard lock(mu_);
   unused_since_.erase(sha256);
+}
+
+absl::Status ContentKeeper::CheckStudy(v1::StudySpec& study) {
+  std::set<std::string> there;
+  for (v1::VariantSpec& variant : *study.mutable_variants()) {
+    for (const std::string* folder : ContentFoldersOf(*variant.mutable_config())) {
+      const auto reference = FindContentReference(*folder);
+      if (!reference || !there.insert(reference->sha256).second) continue;
+      Note(reference->sha256);  // First: no sweep may take the list that is found here.
+      ASSIGN_OR_RETURN(const bool has, store_.Has(ContentPath(reference->sha256)));
+      if (has) {
+        const std::lock_guard lock(mu_);
+        submitted_[reference->sha256] = options_.clock->Steady();
+        continue;
+      }
+      return FailedPrecondition(
+          "variant {}: own content {} (list {}) is not in this coordinator's store, or no longer; "
+          "submit the study where that folder is, which brings it, or with --no-content if each "
+          "worker has a copy",
+          variant.name(), Quoted("/" + reference->path), reference->sha256);
+    }
+  }
+  return absl::OkStatus();
 }
 
 absl::Status ContentKeeper::TakeRoom(int64_t bytes) {
@@ -36,11 +67,24 @@ void ContentKeeper::GiveRoomBack(int64_t bytes) {
   if (bytes_ >= 0) bytes_ -= bytes;
 }
 
+std::set<std::string> ContentKeeper::ListsOfSubmits() {
+  const SteadyTime now = options_.clock->Steady();
+  const std::lock_guard lock(mu_);
+  std::set<std::string> lists;
+  for (auto it = submitted_.begin(); it != submitted_.end();) {
+    const bool over = std::chrono::duration<double>(now - it->second).count() >= kSubmit_s;
+    if (!over) lists.insert(it->first);
+    it = over ? submitted_.erase(it) : std::next(it);
+  }
+  return lists;
+}
+
 absl::StatusOr<int> ContentKeeper::Sweep(const std::vector<std::string>& lists) {
   ASSIGN_OR_RETURN(const std::vector<StoreEntry> entries, store_.List(kContentFolder));
   if (entries.empty()) return 0;
-  std::set<std::string> used(lists.begin(), lists.end());
-  for (const std::string& list : lists) {
+  std::set<std::string> used = ListsOfSubmits();
+  used.insert(lists.begin(), lists.end());
+  for (const std::string& list : std::vector<std::string>(used.begin(), used.end())) {
     const absl::StatusOr<std::string> text = store_.Get(ContentPath(list));
     if (!text.ok() && !absl::IsNotFound(text.status())) return text.status();
     const auto files = text.ok() ? ParseContentList(*text)

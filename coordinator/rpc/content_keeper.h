@@ -11,11 +11,13 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "common/base/clock.h"
 #include "common/base/status.h"
+#include "parallax/v1/study.pb.h"
 
 namespace parallax {
 
@@ -35,6 +37,11 @@ class ContentKeeper {
 
   // Notes that somebody is about to use the file with this hash.
   void Note(const std::string& sha256);
+  // Checks that the lists that `study` names are in the store, and keeps them and their files until
+  // the study is in the queue. The store is asked once about each list, and not about the files
+  // that it names. `study` is not changed. Errors: kFailedPrecondition naming the variant and the
+  // folder; those of the store.
+  absl::Status CheckStudy(v1::StudySpec& study);
   // Reserves bytes until GiveRoomBack returns them. Errors: kResourceExhausted when that is more
   // than is allowed; those of the store.
   absl::Status TakeRoom(int64_t bytes);
@@ -47,6 +54,9 @@ class ContentKeeper {
   absl::StatusOr<int> Sweep(const std::vector<std::string>& lists);
 
  private:
+  // Returns the lists that studies named that were submitted a short time ago.
+  std::set<std::string> ListsOfSubmits();
+
   Store& store_;
   const ContentOptions options_;
 
@@ -55,6 +65,8 @@ class ContentKeeper {
   int64_t bytes_ = -1;
   // When a sweep first found each file without a study, by the file's hash. mu_ guards it.
   std::map<std::string, SteadyTime> unused_since_;
+  // When CheckStudy last found a study to name each list, by the list's hash. mu_ guards it.
+  std::map<std::string, SteadyTime> submitted_;
 };
 
 }  // namespace parallax

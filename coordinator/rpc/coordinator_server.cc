@@ -33,13 +33,14 @@ class CoordinatorServerImpl final : public CoordinatorServer {
         worker_pool_(kWorkerCalls),
         client_pool_(kClientCalls),
         dispatcher_(queue, worker_pool_, *options.clock, options.reconnect_grace_s),
+        artifacts_(options.store, options.spool_dir, HolderWritesBelowItsAttempt(queue)),
         service_(queue, dispatcher_, worker_pool_, client_pool_,
                  {.uri = options.store_uri,
                   .id = options.store == nullptr ? "" : options.store->Id(),
                   .access = options.store_access},
                  queue.database_id(), LeaseFor(options, queue),
-                 options.check_outputs ? options.store : nullptr, options.hello_s),
-        artifacts_(options.store, options.spool_dir, HolderWritesBelowItsAttempt(queue)) {
+                 options.check_outputs ? options.store : nullptr, artifacts_.content(),
+                 options.hello_s) {
     queue_.SetObserver(&dispatcher_);
     worker_pool_.Start();
     client_pool_.Start();
@@ -107,8 +108,8 @@ class CoordinatorServerImpl final : public CoordinatorServer {
   TaskPool worker_pool_;
   TaskPool client_pool_;
   Dispatcher dispatcher_;
-  CoordinatorService service_;
   ArtifactsService artifacts_;
+  CoordinatorService service_;
   std::unique_ptr<RevokedCertificates> revoked_;  // Present where callers have certificates.
   std::unique_ptr<RpcServer> server_;
   std::mutex shutdown_mu_;

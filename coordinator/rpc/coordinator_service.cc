@@ -17,7 +17,8 @@ constexpr size_t kSmallReport = 16384;  // Bytes.
 CoordinatorService::CoordinatorService(JobQueue& queue, Dispatcher& dispatcher,
                                        TaskPool& worker_pool, TaskPool& client_pool,
                                        AnnouncedStore store, std::string coordinator_id,
-                                       double lease_s, const Store* outputs, double hello_s)
+                                       double lease_s, const Store* outputs, ContentKeeper* content,
+                                       double hello_s)
     : queue_(queue),
       dispatcher_(dispatcher),
       worker_pool_(worker_pool),
@@ -25,6 +26,7 @@ CoordinatorService::CoordinatorService(JobQueue& queue, Dispatcher& dispatcher,
       store_(std::move(store)),
       coordinator_id_(std::move(coordinator_id)),
       outputs_(outputs),
+      content_(content),
       streams_{queue,   dispatcher,          worker_pool, store_, coordinator_id_,
                lease_s, [this] { Leave(); }, watch_,      hello_s} {}
 

@@ -21,16 +21,18 @@
 
 namespace parallax {
 
+class ContentKeeper;
 class Store;
 
 // Thread-safe.
 class CoordinatorService final : public v1::Coordinator::CallbackService {
  public:
   // All arguments must outlive the service. `outputs` is the store in which files of results must
-  // be; null: not checked.
+  // be; null: not checked. `content` checks that the content of studies is in the store; null: not
+  // checked.
   CoordinatorService(JobQueue& queue, Dispatcher& dispatcher, TaskPool& worker_pool,
                      TaskPool& client_pool, AnnouncedStore store, std::string coordinator_id,
-                     double lease_s, const Store* outputs, double hello_s);
+                     double lease_s, const Store* outputs, ContentKeeper* content, double hello_s);
 
   const ReportMeter& meter() const { return meter_; }
   // Waits until no call is in progress.
@@ -91,6 +93,7 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   const AnnouncedStore store_;
   const std::string coordinator_id_;
   const Store* const outputs_;
+  ContentKeeper* const content_;
   CallWatch watch_;  // Over streams that have not said hello.
   const WorkStreamContext streams_;
 

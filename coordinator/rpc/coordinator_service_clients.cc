@@ -8,6 +8,7 @@
 #include "common/config/training.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
+#include "coordinator/rpc/content_keeper.h"
 #include "coordinator/rpc/coordinator_service.h"
 #include "coordinator/rpc/reply_size.h"
 #include "coordinator/rpc/steering.h"
@@ -49,6 +50,7 @@ CoordinatorService::Reactor* CoordinatorService::Submit(Context* context,
     RETURN_IF_ERROR(CheckSubmit(*request));
     v1::SubmitRequest resolved = *request;
     ResolveTraining(resolved.mutable_study());
+    if (content_ != nullptr) RETURN_IF_ERROR(content_->CheckStudy(*resolved.mutable_study()));
     ASSIGN_OR_RETURN(*reply, queue_.Submit(resolved, ActorOf(*context)));
     LogInfo(reply->existed() ? "study submitted again" : "study submitted",
             {{"study", request->study().name()}, {"study_id", reply->study_id()}});

@@ -245,14 +245,14 @@ void AddConventions(CLI::App& predict, PredictArguments& a) {
   NetworkConventions& c = a.conventions;
   command.add_option("--pixel-range", c.pixel_range, "Value of a white pixel")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1e-9, 1e9));
   command.add_option("--mean", a.mean, "Three values subtracted from the channels")
       ->expected(3)
       ->delimiter(',');
   command.add_option("--std", a.std, "Three values that the channels are divided by")
       ->expected(3)
       ->delimiter(',')
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Range(1e-9, 1e9));
   command.add_option("--channels", a.channels, "Their order")
       ->capture_default_str()
       ->check(CLI::IsMember({"rgb", "bgr"}));

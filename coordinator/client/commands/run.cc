@@ -8,6 +8,7 @@
 #include "coordinator/client/commands/command.h"
 #include "coordinator/client/embedded_run.h"
 #include "coordinator/client/out_dir.h"
+#include "coordinator/client/ship_content.h"
 #include "coordinator/client/study_options.h"
 #include "coordinator/client/study_table.h"
 #include "coordinator/client/study_view.h"
@@ -83,6 +84,7 @@ absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
                                options.trainers_dir));
   RETURN_IF_ERROR(CheckGpu(run_options.study, study_options.study));
   RETURN_IF_ERROR(HashContent(run_options.study, FolderReaders::kOfRun));
+  NameOwnCopies(run_options.study);
   run_options.allow_trainers = options.allow_trainers;
   run_options.trainers_dir = options.trainers_dir;
   run_options.benchmarks_dir = options.benchmarks_dir;

@@ -87,7 +87,7 @@ TEST(SensorPresets, NumbersThatAnotherFieldTurnsOffAreErrors) {
 TEST(SensorPresets, WhatASensorNeedsMustBeKept) {
   EXPECT_THAT(
       std::string(Parse("{preset: webcam}", "{}").status().message()),
-      HasSubstr("render.keep_hdr: false, but a sensor makes its pictures of what it keeps"));
+      HasSubstr("sensor.preset: webcam, which makes its pictures of what render.keep_hdr keeps"));
   EXPECT_THAT(
       std::string(Parse("{preset: ideal, defocus_px: 2}", "{keep_hdr: true, maps: [disparity]}")
                       .status()

@@ -51,6 +51,18 @@ TEST_P(StoreConformance, PiecesAreReadFromAnyPlace) {
   EXPECT_EQ(store_->GetPiece("no", 0, 5).status().code(), absl::StatusCode::kNotFound);
 }
 
+TEST_P(StoreConformance, HasWhatWasPutUntilItIsRemoved) {
+  ASSERT_TRUE(store_->Put("k/a", "0123456789").ok());
+  ASSERT_TRUE(store_->Put("k/empty", "").ok());
+  EXPECT_TRUE(*store_->Has("k/a"));
+  EXPECT_TRUE(*store_->Has("k/empty"));
+  EXPECT_FALSE(*store_->Has("k/b"));
+  EXPECT_FALSE(*store_->Has("no/a"));
+  EXPECT_EQ(store_->Has("../a").status().code(), absl::StatusCode::kInvalidArgument);
+  ASSERT_TRUE(store_->RemoveTree("k/a").ok());
+  EXPECT_FALSE(*store_->Has("k/a"));
+}
+
 TEST_P(StoreConformance, LocalFilesArePutAsTheirFactsSayOrNotAtAll) {
   const std::string local = ::testing::TempDir() + "conformance-" + std::to_string(::getpid());
   const std::string bytes(300000, 'x');

@@ -167,6 +167,21 @@ TEST_F(JanitorTest, ContentOfAClientThatIsAboutToSubmitStays) {
   EXPECT_TRUE(HasContent("old"));
 }
 
+TEST_F(JanitorTest, ContentThatASubmitFindsStaysUntilTheStudyNamesIt) {
+  v1::StudySpec study;
+  study.add_variants()->mutable_config()->mutable_lighting()->set_hdri_dir(Ship("old"));
+  EXPECT_EQ(SweepContent(), 0);
+  clock_.Advance(101);
+  EXPECT_TRUE(content_->CheckStudy(study).ok());
+  clock_.Advance(59);
+  EXPECT_EQ(SweepContent(), 0) << "neither the list nor its file";
+  clock_.Advance(2);
+  EXPECT_EQ(SweepContent(), 0) << "first found without a study";
+  clock_.Advance(101);
+  EXPECT_EQ(SweepContent(), 2);
+  EXPECT_TRUE(absl::IsFailedPrecondition(content_->CheckStudy(study)));
+}
+
 TEST_F(JanitorTest, RemovedContentLeavesRoom) {
   Ship(std::string(600, 'x'));
   EXPECT_EQ(content_->TakeRoom(900).code(), absl::StatusCode::kResourceExhausted);

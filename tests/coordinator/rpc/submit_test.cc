@@ -4,15 +4,19 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <limits>
 
+#include "common/base/hash.h"
 #include "common/base/names.h"
 #include "common/config/config.h"
 #include "common/config/limits.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
+#include "common/store/content.h"
+#include "common/store/store.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "parallax/v1/service.grpc.pb.h"
@@ -224,6 +228,43 @@ v1::StudySpec GoodStudy() {
   return study;
 }
 
+// A folder that counts questions, and is away when told.
+class CountingStore final : public Store {
+ public:
+  explicit CountingStore(std::unique_ptr<Store> store) : store_(std::move(store)) {}
+  std::string Uri() const override { return store_->Uri(); }
+  absl::Status Put(std::string_view path, std::string_view bytes) override {
+    return store_->Put(path, bytes);
+  }
+  absl::StatusOr<std::string> Get(std::string_view path) const override {
+    ++reads;
+    return store_->Get(path);
+  }
+  absl::StatusOr<std::string> GetPiece(std::string_view path, int64_t offset,
+                                       size_t max_bytes) const override {
+    ++reads;
+    return store_->GetPiece(path, offset, max_bytes);
+  }
+  absl::StatusOr<bool> Has(std::string_view path) const override {
+    ++questions;
+    if (away) return Unavailable("the store is away");
+    return store_->Has(path);
+  }
+  absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const override {
+    ++reads;
+    return store_->List(prefix);
+  }
+  absl::Status RemoveTree(std::string_view path) override { return store_->RemoveTree(path); }
+  absl::StatusOr<std::string> LocalPath(std::string_view path) const override {
+    return store_->LocalPath(path);
+  }
+  mutable std::atomic<int> questions = 0, reads = 0;
+  std::atomic<bool> away = false;
+
+ private:
+  const std::unique_ptr<Store> store_;
+};
+
 class SubmitTest : public testing::Test {
  protected:
   SubmitTest() {
@@ -232,7 +273,10 @@ class SubmitTest : public testing::Test {
     JobQueueOptions queue;
     queue.db_path = directory_ + "/queue.db";
     queue_ = *JobQueue::Open(queue);
+    store_ = std::make_unique<CountingStore>(*OpenStore(directory_ + "/store"));
     CoordinatorServerOptions options;
+    options.store = store_.get();
+    options.spool_dir = directory_ + "/store/.tmp-incoming";
     options.listen = {"unix:" + directory_ + "/socket"};
     options.store_uri = "file://" + directory_ + "/store";
     server_ = *CoordinatorServer::Start(options, *queue_);
@@ -260,6 +304,7 @@ class SubmitTest : public testing::Test {
   }
 
   std::string directory_;
+  std::unique_ptr<CountingStore> store_;
   std::unique_ptr<JobQueue> queue_;
   std::unique_ptr<CoordinatorServer> server_;
   std::unique_ptr<v1::Coordinator::Stub> stub_;
@@ -318,6 +363,41 @@ TEST_F(SubmitTest, GoodStudiesPassFromFileAndMessage) {
     const auto read = ParseStudy(StudyToYaml(study), "f.yaml");
     EXPECT_TRUE(read.ok()) << read.status();
   }
+}
+
+TEST_F(SubmitTest, ContentThatIsNotInTheStoreIsRefused) {
+  const std::string list = ContentListText({{"a.hdr", 3, Sha256Hex("sky")}});
+  const std::string reference = ContentReferenceText({Sha256Hex(list), "srv/hdris"});
+  v1::StudySpec study = GoodStudy();
+  for (const char* variant : {"second", "third"}) {
+    *study.add_variants() = study.variants(0);
+    study.mutable_variants(study.variants_size() - 1)->set_name(variant);
+  }
+  for (int i : {1, 2}) {
+    v1::SceneConfig& config = *study.mutable_variants(i)->mutable_config();
+    config.mutable_rigs()->mutable_baseline_m()->set_constant(0.1 * i);
+    config.mutable_lighting()->set_hdri_dir(reference);
+    config.mutable_lighting()->set_hdris_sha256(std::string(64, 'a'));
+    config.mutable_assets()->add_include("srv/meshes");  // Each worker's own copy.
+    config.mutable_assets()->set_include_sha256(std::string(64, 'b'));
+  }
+  const absl::Status absent = Submit(study);
+  EXPECT_EQ(absent.code(), absl::StatusCode::kFailedPrecondition) << absent;
+  EXPECT_THAT(std::string(absent.message()),
+              HasSubstr("variant second: own content \"/srv/hdris\" (list " + Sha256Hex(list) +
+                        ") is not in this coordinator's store"));
+  EXPECT_TRUE(queue_->ListStudies(10)->empty());
+  store_->away = true;
+  EXPECT_EQ(Submit(study).code(), absl::StatusCode::kUnavailable);
+  store_->away = false;
+
+  // As a client does that is told so.
+  ASSERT_TRUE(store_->Put(ContentPath(Sha256Hex(list)), list).ok());
+  store_->questions = store_->reads = 0;
+  EXPECT_TRUE(Submit(study).ok()) << Submit(study);
+  EXPECT_EQ(store_->questions, 1) << "one list, which two variants name";
+  EXPECT_EQ(store_->reads, 0) << "and which is not read";
+  EXPECT_EQ(queue_->ListStudies(10)->size(), 1u);
 }
 
 TEST_F(SubmitTest, EveryBuiltInStudyIsAccepted) {

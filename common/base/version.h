@@ -19,7 +19,7 @@ namespace parallax {
 //   train    networks: worker/train
 //   evaluate scores: worker/evaluate
 inline constexpr char kLayoutVersion[] = "25";
-inline constexpr char kSceneVersion[] = "26";
+inline constexpr char kSceneVersion[] = "27";
 inline constexpr char kFrameVersion[] = "27";
 inline constexpr char kTrainVersion[] = "1";
 inline constexpr char kEvaluateVersion[] = "2";

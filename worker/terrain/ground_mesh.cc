@@ -33,16 +33,35 @@ float Turn(float a, float b) {
   return turn;
 }
 
-// Returns the mean reach of the ledges within `reach_m` of a height. A ledge that is thinner than
-// the gap between two vertices of a face would move one column of vertices and miss the next.
+// Ledges whose edge steps from one column of vertices to the next look like combs: the ways of
+// neighbours are made alike so many times.
+constexpr int kSmoothings = 3;
+
+// Returns the mean reach of the ledges within `reach_m` of a height.
 float MeanLedge(const MeshedSurface& surface, const Vec2f& p, float height_m, float reach_m) {
-  constexpr int kHeights = 5;
+  constexpr int kHeights = 9;
   float sum = 0;
   for (int k = 0; k < kHeights; ++k) {
     const float away = (static_cast<float>(k) + 0.5f) / kHeights * 2 - 1;
     sum += surface.ledge(p, height_m + away * reach_m);
   }
   return sum / kHeights;
+}
+
+// Replaces each vertex's value by the mean of the corners of the triangles around it.
+void Smooth(const std::vector<Triangle>& triangles, std::vector<Vec2f>& values) {
+  std::vector<Vec2f> sums(values.size(), Vec2f::Zero());
+  std::vector<float> counts(values.size());
+  for (const Triangle& t : triangles) {
+    const Vec2f sum = values[t.a] + values[t.b] + values[t.c];
+    for (const uint32_t v : {t.a, t.b, t.c}) {
+      sums[v] += sum;
+      counts[v] += 3;
+    }
+  }
+  for (size_t i = 0; i < values.size(); ++i) {
+    if (counts[i] > 0) values[i] = sums[i] / counts[i];
+  }
 }
 
 }  // namespace
@@ -293,13 +312,18 @@ void GroundMesh::StandOut(const MeshedSurface& surface) {
       rise_m[w] = std::max(rise_m[w], rise);
     }
   }
-  std::vector<bool> moved(mesh_.positions.size());
+  std::vector<Vec2f> out_m(plan_.size(), Vec2f::Zero());
   for (size_t i = 0; i < plan_.size(); ++i) {
     const float out = MeanLedge(surface, plan_[i], mesh_.positions[i].z(), rise_m[i]);
     if (out <= 0) continue;
     const Vec2f downhill = -surface.slope(plan_[i], kFace_m);
-    if (downhill.squaredNorm() < 1e-4f) continue;
-    mesh_.positions[i].head<2>() += out * downhill.normalized();
+    if (downhill.squaredNorm() >= 1e-4f) out_m[i] = out * downhill.normalized();
+  }
+  for (int pass = 0; pass < kSmoothings; ++pass) Smooth(mesh_.triangles, out_m);
+  std::vector<bool> moved(mesh_.positions.size());
+  for (size_t i = 0; i < plan_.size(); ++i) {
+    if (out_m[i].squaredNorm() < 1e-8f) continue;
+    mesh_.positions[i].head<2>() += out_m[i];
     mesh_.texture[i] = mesh_.positions[i];
     moved[i] = true;
   }

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -156,6 +158,34 @@ TEST(GroundMesh, LedgesThatItCannotShowStandOutByTheirMean) {
     means += out > 0.1f && out < 0.9f;
   }
   EXPECT_GT(means, ground.mesh().positions.size() * 8 / 10);
+}
+
+// A ledge whose edge rises along the wall would step from one column of vertices to the next.
+TEST(GroundMesh, EdgesOfLedgesAreNoCombs) {
+  const float steep = 6, reach = 2;
+  MeshedSurface face;
+  face.slot = face.family = "soil";
+  face.height = [steep](const Vec2f& p, float) { return steep * p.x(); };
+  face.slope = [steep](const Vec2f&, float) { return Vec2f(steep, 0); };
+  face.steepness = [steep](const Vec2f&) { return steep; };
+  face.ledge = [reach](const Vec2f& p, float height_m) {
+    return height_m > 0.7f * p.y() ? reach : 0.0f;
+  };
+  GroundMeshOptions options = Options(4000);
+  options.reach_m = 200;
+  const GroundMesh ground(face, options);
+  const auto out = [&](uint32_t v) {
+    const Vec3f& at = ground.mesh().positions[v];
+    return at.z() / steep - at.x();
+  };
+  float largest = 0;
+  for (const Triangle& t : ground.mesh().triangles) {
+    const float corners[] = {out(t.a), out(t.b), out(t.c)};
+    const auto [least, most] = std::minmax_element(std::begin(corners), std::end(corners));
+    largest = std::max(largest, *most - *least);
+  }
+  EXPECT_GT(largest, 0.1f * reach);
+  EXPECT_LT(largest, 0.5f * reach);
 }
 
 }  // namespace

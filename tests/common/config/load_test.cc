@@ -306,7 +306,7 @@ TEST(LoadStudy, AMissingFileIsToldWithTheBuiltInNames) {
       std::string(status.message()),
       "no/such.yaml: no such file, allowed is a path or a built-in name: baseline, cameras, "
       "controls, cost, curation, depth, landscapes, mix, network, profiles, quickstart, scaling, "
-      "sensor, sequences, table1, table1-small, wmg150k, wmg150k-500th");
+      "scaling-small, sensor, sequences, table1, table1-small, wmg150k, wmg150k-500th");
 }
 
 TEST(ValidateStudy, TellsWhatAMessageBreaks) {

@@ -96,7 +96,7 @@ TEST(OnnxNetwork, ErrorsTellWhatTheFileIsAndWhatIsWanted) {
     NetworkConventions conventions;
     const char* says;
   } cases[] = {
-      {__FILE__, {}, "is not an ONNX file"},
+      {std::string(NETWORKS) + "/make_networks.py", {}, "is not an ONNX file"},
       {Onnx("three_inputs"), {}, "its inputs are left, right, mask, but must be two of 3 channels"},
       {Onnx("unknown"), {}, "of type \"GridSample\"; a command with another library"},
       {Onnx("two_inputs"), {.output = 2}, "the network has 2 outputs, but the output is number 2"},

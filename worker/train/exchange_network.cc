@@ -90,6 +90,15 @@ absl::StatusOr<ExchangeNetwork> ExchangeNetwork::Load(const std::string& path,
   ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
   const auto load = format == ExchangeFormat::kOnnx ? LoadOnnx : LoadTorchScript;
   ASSIGN_OR_RETURN(auto backend, load(bytes, path, threads));
+  const cv::Size wanted(conventions.width_px, conventions.height_px), told = backend->size();
+  if (wanted != cv::Size() && wanted.empty()) {
+    return InvalidArgument("the network's size is {}x{} px, but must be at least 1x1", wanted.width,
+                           wanted.height);
+  }
+  if (wanted != cv::Size() && !told.empty() && wanted != told) {
+    return InvalidArgument("{}: takes pictures of {}x{} px, but the size is {}x{}", path,
+                           told.width, told.height, wanted.width, wanted.height);
+  }
   return ExchangeNetwork(std::move(backend), conventions);
 }
 

@@ -27,7 +27,7 @@ struct NetworkConventions {
   // Pictures are padded to the right and below to multiples of this, by their last pixels.
   int pad_multiple = 32;
   // The only size that it takes: pictures are scaled to it and disparities scaled back. 0: any
-  // size. Of ONNX the file tells.
+  // size, or the one that an ONNX file tells.
   int width_px = 0, height_px = 0;
   int output = -1;      // Counts from 0; negative: from the end.
   bool negate = false;  // It gives the flow to the right picture, which is the negative disparity.
@@ -40,7 +40,8 @@ class NetworkBackend;
 class ExchangeNetwork {
  public:
   // Loads a network. Errors: those of ReadFile; kInvalidArgument for a file that is not of the
-  // format, that has operations which the library does not know, or other inputs than above.
+  // format, that has operations which the library does not know, or other inputs than above; and
+  // for a size that is negative, or another than the file's.
   static absl::StatusOr<ExchangeNetwork> Load(const std::string& path, ExchangeFormat format,
                                               const NetworkConventions& conventions, int threads);
 

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <new>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>

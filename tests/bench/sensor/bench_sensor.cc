@@ -138,8 +138,8 @@ absl::StatusOr<Point> Expose(const Device& device, double electrons, uint32_t nu
 
 // The largest deviations from the model, over all exposures of a preset's devices.
 struct Deviations {
-  double variance = 0;  // Of electrons, relative to the model's.
-  double noise_dn = 0;  // Standard deviation of the 8-bit levels.
+  double variance = 0;  // The variance of electrons deviates by this share of the model's.
+  double noise_dn = 0;  // The standard deviation of 8-bit levels deviates by so many levels.
   int exposures = 0;
 
   void Take(const Point& p) {

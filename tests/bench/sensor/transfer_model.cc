@@ -12,7 +12,7 @@ namespace {
 
 // Beyond this many standard deviations nothing is summed.
 constexpr double kTail = 8;
-constexpr int kReadSteps = 257;       // Of the normal distribution of the read noise.
+constexpr int kReadSteps = 257;       // The read noise is summed over so many points.
 constexpr double kMostCounts = 1000;  // More counts are summed in steps.
 
 // A distribution of electrons as points with weights, which sum to 1.

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "worker/materials/broken_rock.h"
 #include "worker/materials/families.h"
 #include "worker/materials/surface.h"
 
@@ -81,10 +82,15 @@ class StrataRock final : public Carved<StrataRock> {
     const Float8 w = point.footprint_m;
     const auto& p = point.texture_m;
     return 0.012f * band_m_ * Bands(Level(p, w), w) - 0.005f * Joints(p, w) +
-           0.0035f * Fbm3(p, 0.28f, 5, w, seed_ + 9, 0.55f);
+           0.0035f * Fbm3(p, 0.28f, 5, w, seed_ + 9, 0.55f) + kBroken * Broken().HeightAt(p, w);
   }
+  float widest_relief_m() const override { return 0.5f * kLongestBlock_m; }
 
  private:
+  static constexpr float kLongestBlock_m = 0.8f, kBroken = 0.8f;
+
+  // Blocks and chips, smaller than those in the mesh of a boulder or in the ground's relief.
+  BrokenRock Broken() const { return {kLongestBlock_m, 3, seed_ + 50}; }
   // Height in the pile of beds, metres: they undulate a little.
   template <typename Vec>
   RealOf<Vec> Level(const Vec& p, Float8 w) const {

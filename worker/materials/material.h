@@ -105,8 +105,9 @@ class Material {
   virtual ~Material() = default;
   // Properties at eight points; lanes are independent of each other.
   virtual SurfaceSample8 Evaluate(const SurfacePoint8& points) const = 0;
-  // Returns the height of the relief above the mesh, metres (a few tenths of a millimetre to a few
-  // millimetres). The renderer bends the shading normal by its gradient. 0 everywhere: smooth.
+  // Returns the height of the relief above the mesh, metres: a few tenths of a millimetre to a few
+  // millimetres, of rock some centimetres. The renderer bends the shading normal by its gradient. 0
+  // everywhere: smooth.
   virtual Float8 Height(const SurfacePoint8& points) const {
     (void)points;
     return Splat(0);

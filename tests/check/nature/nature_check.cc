@@ -150,6 +150,12 @@ absl::Status Render(const v1::Scene& scene, SceneGeometry geometry, const Option
         disparities[static_cast<size_t>(q * static_cast<double>(disparities.size() - 1))];
   }
   json["disparity_px"] = quantiles;
+  // Shares and quantiles are of pixels that show a thing; 4 pixels are those of a picture 1280
+  // wide.
+  const double four_px = 4.0 * options.config.rigs().width_px() / 1280;
+  const auto below = std::lower_bound(disparities.begin(), disparities.end(), four_px);
+  json["below_4_px_of_1280_share"] = static_cast<double>(below - disparities.begin()) /
+                                     std::max<double>(1, static_cast<double>(disparities.size()));
   json["sky_share"] = sky / pixels;
   json["mixed_share"] = mixed / pixels;
   json["veiled_share"] = veiled / pixels;

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "worker/assets/kernel/detail.h"
+#include "worker/assets/nature/bedded_rock.h"
 #include "worker/assets/nature/detail.h"
 #include "worker/assets/nature/skeleton.h"
 #include "worker/assets/nature/trees.h"
@@ -201,6 +202,51 @@ TEST(Sheets, LieAboutTheirPlaceWithTheUpperSideUp) {
     float far = 0;
     for (const Vec3f& p : leaf.points) far = std::max(far, p.y());
     EXPECT_NEAR(far, 1, 0.05f) << static_cast<int>(shape);
+  }
+}
+
+// A wall's point at this angle and height, worn; returns its distance from the axis in metres.
+float WornRadius(const BeddedRock& rock, const BeddedRockSpec& spec, float angle, float height_m) {
+  const Vec3f normal(std::cos(angle), std::sin(angle), 0);
+  return rock.Worn(spec.thick_m * normal + Vec3f(0, 0, height_m), normal).head<2>().norm();
+}
+
+TEST(BeddedRock, BlocksStandOutAndFallBetweenLedges) {
+  const BeddedRockSpec spec{.height_m = 10, .thick_m = 2, .bed_m = 0.9f, .ledge_m = 0.1f};
+  for (uint64_t seed = 0; seed < 8; ++seed) {
+    Rng rng(SceneSeed{seed}, "rock");
+    const BeddedRock rock(spec, rng);
+    int ledges = 0;
+    float least = 1e9f, most = 0;
+    for (int side = 0; side < 12; ++side) {
+      const float angle = 0.5f * static_cast<float>(side);
+      for (float z = 0; z < spec.height_m; z += spec.ledge_m) {
+        const float here = WornRadius(rock, spec, angle, z);
+        const float above = WornRadius(rock, spec, angle, z + 2 * spec.ledge_m);
+        ledges += std::abs(above - here) > 0.1f * spec.thick_m;
+        least = std::min(least, here);
+        most = std::max(most, here);
+      }
+    }
+    // Of 1,200 places; a smooth pillar has none.
+    EXPECT_GT(ledges, 60) << "seed " << seed;
+    EXPECT_GT(least, 0.35f * spec.thick_m) << "seed " << seed;
+    EXPECT_LT(most, 1.4f * spec.thick_m) << "seed " << seed;
+  }
+}
+
+TEST(BeddedRock, HasNoJumps) {
+  const BeddedRockSpec spec{.height_m = 6, .thick_m = 1.5f, .bed_m = 0.6f, .ledge_m = 0.08f};
+  Rng rng(SceneSeed{3}, "rock");
+  const BeddedRock rock(spec, rng);
+  constexpr float kStep_m = 1e-4f;
+  for (int i = 0; i < 40000; ++i) {
+    const float angle = 2.39996f * static_cast<float>(i);
+    const float z = spec.height_m * std::fmod(0.618034f * static_cast<float>(i), 1.0f);
+    const float here = WornRadius(rock, spec, angle, z);
+    // A ledge of a third of the radius over `ledge_m`, at most.
+    EXPECT_NEAR(here, WornRadius(rock, spec, angle, z + kStep_m), 3e-3f) << angle << " " << z;
+    EXPECT_NEAR(here, WornRadius(rock, spec, angle + kStep_m, z), 3e-3f) << angle << " " << z;
   }
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "worker/assets/kernel/detail.h"
+#include "worker/assets/nature/bedded_rock.h"
 #include "worker/assets/nature/detail.h"
 #include "worker/assets/nature/ground.h"
 #include "worker/assets/nature/limb.h"
@@ -14,86 +15,6 @@ namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
-// The cross-section of bedded rock: joints that stand upright cut it to a polygon, and from each
-// bed blocks have fallen down to other joints.
-class BeddedSection {
- public:
-  BeddedSection(float height_m, float bed_m, Rng& rng) : bed_m_(bed_m), noise_(rng) {
-    const int sides = rng.UniformInt(6, 9);
-    for (int side = 0; side < sides; ++side) {
-      const float at = static_cast<float>(side) + Draw(rng, -0.3, 0.3);
-      joints_.push_back(at * 2 * kPi / static_cast<float>(sides));
-    }
-    const int beds = static_cast<int>(height_m / bed_m) + 5;
-    for (int bed = 0; bed < beds; ++bed) AddBed(static_cast<float>(bed));
-  }
-
-  // Factor on the radius, about 1.
-  float At(float angle_rad, float height_m) const {
-    const float height = height_m / bed_m_;
-    const Vec3f round(std::cos(angle_rad), std::sin(angle_rad), 0.4f * height);
-    const float level =
-        height + 0.22f * noise_.At(0.9f * round) + 0.5f * noise_.At({0.5f, 0.37f * height, 0.5f});
-    // The first bed begins below the foot.
-    const float at = std::clamp(level + 2, 0.0f, static_cast<float>(beds_.size()) - 1.01f);
-    const float bed = std::floor(at);
-    const auto i = static_cast<size_t>(bed);
-    const float below = Section(angle_rad, beds_[i]), above = Section(angle_rad, beds_[i + 1]);
-    return Lerp(below, above, Smooth01((at - bed - 0.7f) / 0.3f));
-  }
-
- private:
-  void AddBed(float bed) {
-    const float hard = noise_.At({0.5f, 0.5f, 1.7f * bed + 0.5f});
-    std::vector<float>& distances = beds_.emplace_back();
-    for (size_t side = 0; side < joints_.size(); ++side) {
-      // Few blocks are missing over several beds, many in one.
-      const float at = 1.3f * (static_cast<float>(side) + 1.5f);
-      const float fallen = 0.2f * noise_.At({at, 0.5f, 0.31f * bed}) +
-                           0.13f * noise_.At({at, 7.5f, 1.7f * bed + 0.5f});
-      distances.push_back(0.92f + 0.13f * hard + fallen);
-    }
-  }
-  // Distance of the polygon's edge. The soft minimum over its sides rounds corners off.
-  float Section(float angle_rad, const std::vector<float>& distances) const {
-    float sum = 0;
-    for (size_t side = 0; side < joints_.size(); ++side) {
-      const float facing = std::cos(angle_rad - joints_[side]);
-      if (facing < 0.05f) continue;
-      const float x = facing / distances[side], x2 = x * x, x4 = x2 * x2;
-      sum += x4 * x4 * x4 * x2;
-    }
-    return sum > 0 ? std::pow(sum, -1.0f / 14) : 1;
-  }
-
-  float bed_m_;
-  Noise noise_;
-  std::vector<float> joints_;             // The angle that each joint faces.
-  std::vector<std::vector<float>> beds_;  // The distance of each joint in each bed, in radii.
-};
-
-// Wear at every size down to the mesh's cells, along the surface's normal.
-class Weather {
- public:
-  Weather(float size_m, Rng& rng) : size_m_(size_m), noise_(rng) {}
-
-  Vec3f Worn(const Vec3f& p, const Vec3f& normal) const {
-    const float dents = 0.1f * noise_.Fractal(0.8f * p / size_m_, 5) - 0.05f * Joint(p);
-    return p + size_m_ * dents * normal;
-  }
-
- private:
-  // Upright cracks; 1 within.
-  float Joint(const Vec3f& p) const {
-    const Vec3f q(p.x(), p.y(), 0.25f * p.z());
-    const float n = std::abs(noise_.At(1.1f * q / size_m_));
-    return std::exp(-n * n / (2 * 0.05f * 0.05f));
-  }
-
-  float size_m_;
-  Noise noise_;
-};
-
 // A smaller ring before the first: no sharp rim, whose normals would look two ways at once.
 std::vector<LimbRing> WithRoundFoot(std::vector<LimbRing> rings) {
   const Vec3f back = (rings[0].at - rings[1].at).normalized();
@@ -102,37 +23,66 @@ std::vector<LimbRing> WithRoundFoot(std::vector<LimbRing> rings) {
   return rings;
 }
 
-// Returns the length of the line from the first ring to each ring.
-std::vector<float> WaysAlong(const std::vector<LimbRing>& rings) {
-  std::vector<float> ways_m = {0};
-  for (size_t i = 1; i < rings.size(); ++i) {
-    ways_m.push_back(ways_m.back() + (rings[i].at - rings[i - 1].at).norm());
-  }
-  return ways_m;
+// The same at the last ring, and the tip, which is flat.
+void AddRoundEnd(std::vector<LimbRing>& rings) {
+  const LimbRing last = rings.back();
+  const Vec3f on = (last.at - rings[rings.size() - 2].at).normalized();
+  rings.push_back({last.at + 0.06f * last.radius * on, 0.9f * last.radius});
+  rings.push_back({last.at + 0.07f * last.radius * on, 0});
 }
 
+// The cross-section that upright joints cut: a polygon whose corners are a bit worn.
+class JointedSection {
+ public:
+  explicit JointedSection(Rng& rng) {
+    const int sides = rng.UniformInt(5, 8);
+    for (int side = 0; side < sides; ++side) {
+      const float at = static_cast<float>(side) + Draw(rng, -0.3, 0.3);
+      joints_.push_back({at * 2 * kPi / static_cast<float>(sides), Draw(rng, 0.8, 1.05)});
+    }
+  }
+
+  // Factor on the radius, about 1. The soft minimum over the sides rounds corners off.
+  float At(float angle_rad) const {
+    float sum = 0;
+    for (const Joint& joint : joints_) {
+      const float facing = std::cos(angle_rad - joint.faces_rad);
+      if (facing > 0.05f) sum += std::pow(facing / joint.distance, 24.0f);
+    }
+    return sum > 0 ? std::pow(sum, -1.0f / 24) : 1;
+  }
+
+ private:
+  struct Joint {
+    float faces_rad, distance;  // In radii.
+  };
+  std::vector<Joint> joints_;
+};
+
 // A closed tube of rock along `rings`, worn; texture = place in metres, moved.
-Mesh RockTube(const std::vector<LimbRing>& rings, int sides, const BeddedSection& section,
-              const Weather& weather, Rng& rng) {
+Mesh RockTube(const std::vector<LimbRing>& rings, int sides, const BeddedRock& rock, Rng& rng) {
   Mesh mesh;
   mesh.slots.push_back(Slot("stone", {"Sandstone", "Rock"}));
   const std::vector<LimbRing> line = WithRoundFoot(rings);
   LimbOptions options;
   options.sides = sides;
-  const std::vector<float> ways_m = WaysAlong(line);
-  options.modulate = [&](float angle_rad, float along_m) {
-    const auto ring = std::lower_bound(ways_m.begin(), ways_m.end() - 1, along_m - 1e-4f);
-    return section.At(angle_rad, line[static_cast<size_t>(ring - ways_m.begin())].at.z());
-  };
+  // Out from the middle: along the normals of a polygon its corners would fold over.
+  Mesh round;
+  AddLimb(round, line, options);
+  const JointedSection section(rng);
+  options.modulate = [&](float angle_rad, float) { return section.At(angle_rad); };
   AddLimb(mesh, line, options);
   const Vec3f offset{Draw(rng, -20, 20), Draw(rng, -20, 20), Draw(rng, -20, 20)};
   for (size_t i = 0; i < mesh.positions.size(); ++i) {
-    mesh.positions[i] = weather.Worn(mesh.positions[i], mesh.normals[i]);
+    mesh.positions[i] = rock.Worn(mesh.positions[i], round.normals[i]);
     mesh.texture[i] = mesh.positions[i] + offset;
   }
   SetNormals(mesh, 0, 0);
   return mesh;
 }
+
+// A ledge falls off over more than a cell, or its edge is a saw.
+constexpr float kLedgeCells = 1.7f;
 
 // How long the tube's cells are at the level of detail.
 float CellOf(float usual_m) { return std::max(usual_m, 0.9f * TargetEdge()); }
@@ -147,8 +97,8 @@ Asset FinishedRock(const Mesh& mesh, uint64_t seed, Anchor anchor = Anchor::kGro
 
 Asset MakeRockArch(const RockArchParams& p) {
   Rng rng(SceneSeed{p.seed}, "arch");
-  const BeddedSection section(p.rise_m, p.bed_m, rng);
-  const Weather weather(p.thick_m, rng);
+  const float cell = CellOf(0.062f * p.thick_m + 0.03f);
+  const BeddedRock rock({p.rise_m, p.thick_m, p.bed_m, kLedgeCells * cell}, rng);
   Path3 path;
   const float lean = Draw(rng, -0.12, 0.12), skew = Draw(rng, -0.15, 0.15);
   const float square = Draw(rng, 0.5, 0.75);
@@ -159,7 +109,6 @@ Asset MakeRockArch(const RockArchParams& p) {
     path.push_back({x, skew * x + lean * p.rise_m * std::sin(a),
                     p.rise_m * std::pow(std::max(0.0f, std::sin(a)), square)});
   }
-  const float cell = CellOf(0.085f * p.thick_m + 0.03f);
   const Path3 even = Resampled(Spline(path, 6), cell);
   std::vector<LimbRing> rings;
   for (size_t i = 0; i < even.size(); ++i) {
@@ -170,8 +119,9 @@ Asset MakeRockArch(const RockArchParams& p) {
     const float thick = 0.72f + 0.6f * feet + 0.3f * uneven.At({4 * s, 0.5f, 0.5f});
     rings.push_back({even[i], p.thick_m * thick});
   }
-  const int sides = std::clamp(static_cast<int>(2 * kPi * p.thick_m / cell), 8, 76);
-  return FinishedRock(RockTube(rings, sides, section, weather, rng), p.seed);
+  AddRoundEnd(rings);
+  const int sides = std::clamp(static_cast<int>(2 * kPi * p.thick_m / cell), 8, 110);
+  return FinishedRock(RockTube(rings, sides, rock, rng), p.seed);
 }
 
 Asset SampleRockArch(Rng& rng) {
@@ -186,9 +136,8 @@ Asset SampleRockArch(Rng& rng) {
 
 Asset MakeRockPillar(const RockPillarParams& p) {
   Rng rng(SceneSeed{p.seed}, "pillar");
-  const BeddedSection section(p.height_m, p.bed_m, rng);
-  const Weather weather(0.8f * p.radius_m, rng);
-  const float cell = CellOf(0.05f * p.radius_m + 0.03f), h = p.height_m;
+  const float cell = CellOf(0.042f * p.radius_m + 0.02f), h = p.height_m;
+  const BeddedRock rock({h, p.radius_m, p.bed_m, kLedgeCells * cell}, rng);
   const Vec3f lean{0.06f * h * Draw(rng, -1, 1), 0.06f * h * Draw(rng, -1, 1), 0};
   const int pieces = std::max(6, static_cast<int>(h / cell));
   const float waist = Draw(rng, 0.55, 0.95), bend = Draw(rng, 0, 6.2);
@@ -204,8 +153,8 @@ Asset MakeRockPillar(const RockPillarParams& p) {
     rings.push_back({Vec3f(0, 0, s * h) + s * lean + sway,
                      std::max(0.03f, p.radius_m * (worn + foot + cap) * top)});
   }
-  const int sides = std::clamp(static_cast<int>(2 * kPi * p.radius_m / cell), 10, 110);
-  return FinishedRock(RockTube(rings, sides, section, weather, rng), p.seed);
+  const int sides = std::clamp(static_cast<int>(2 * kPi * p.radius_m / cell), 10, 180);
+  return FinishedRock(RockTube(rings, sides, rock, rng), p.seed);
 }
 
 Asset SampleRockPillar(Rng& rng) {

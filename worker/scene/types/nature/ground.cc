@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "worker/materials/broken_rock.h"
 #include "worker/materials/surface.h"
 #include "worker/scene/types/nature/masks.h"
 
@@ -133,34 +134,10 @@ class GroundMaterial final : public Material {
     return turned;
   }
 
-  // Bare rock, the last rule, from blocks of metres down to chips: layers that stand out, and
-  // cracks.
+  // Bare rock, the last rule, from blocks of metres down to chips.
   template <typename Vec>
   RealOf<Vec> Ledges(const Vec& p, Float8 footprint_m, uint32_t octaves = 5) const {
-    RealOf<Vec> height = Splat(0);
-    float wavelength_m = kLongestLedge_m;
-    for (uint32_t i = 0; i < octaves; ++i) {
-      const Float8 fade = noise::Fade(wavelength_m, footprint_m);
-      if (!Any(fade > 0)) break;
-      // Flatter than wide: beds.
-      const Vec q = VecOf(p.x, p.y, p.z * 2.1f) / wavelength_m;
-      auto form = 0.7f * noise::SmoothStep(-0.15f, Splat(0.12f),
-                                           noise::Gradient3(q * 0.7f, seed_ + 51 + i));
-      // Joints part the rock into blocks, each broken off at its own depth; few joints gape.
-      if (i % 2 == 0) {
-        const auto blocks = noise::Cells3(q, seed_ + 31 + i);
-        const auto border =
-            blocks.f2 - blocks.f1 + 0.12f * noise::Gradient3(q * 3.3f, seed_ + 41 + i);
-        const auto gaping =
-            noise::SmoothStep(0.1f, Splat(0.4f), noise::Gradient3(q * 0.4f, seed_ + 91 + i));
-        const Float8 depth = 1.6f * (noise::UnitByte(blocks.id, 0) - 0.5f);
-        form = form + depth * noise::SmoothStep(0.0f, Splat(0.18f), border) -
-               0.3f * gaping * (1.0f - noise::SmoothStep(0.0f, Splat(0.06f), border));
-      }
-      height += (fade * (0.10f * wavelength_m)) * form;
-      wavelength_m *= 0.43f;
-    }
-    return height;
+    return BrokenRock{kLongestLedge_m, octaves, seed_}.HeightAt(p, footprint_m);
   }
 
   // Beds of other stone, stains that water drew, lichen.

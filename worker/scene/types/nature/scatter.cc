@@ -7,6 +7,8 @@
 #include <numbers>
 #include <tuple>
 
+#include "common/base/mix_bits.h"
+
 namespace parallax {
 namespace {
 
@@ -15,23 +17,15 @@ constexpr float kParentReach_m = 14;  // Litter lies at most this far from its p
 // The most tiles that are looked at for the things around other tiles: a second's work.
 constexpr double kMostRingTiles = 1e7;
 
-// Source: "splitmix64", Steele et al., 2014.
-uint64_t Mixed(uint64_t x) {
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
-
 // The draws of one candidate, one after the other.
 class Draws {
  public:
   Draws(uint64_t seed, int32_t x, int32_t y, uint32_t k)
-      : state_(Mixed(Mixed(seed ^ (static_cast<uint64_t>(static_cast<uint32_t>(x)) << 32 |
-                                   static_cast<uint32_t>(y))) +
-                     k)) {}
+      : state_(MixBits(MixBits(seed ^ (static_cast<uint64_t>(static_cast<uint32_t>(x)) << 32 |
+                                       static_cast<uint32_t>(y))) +
+                       k)) {}
   uint32_t Bits() {
-    state_ = Mixed(state_);
+    state_ = MixBits(state_);
     return static_cast<uint32_t>(state_ >> 32);
   }
   float Unit() { return static_cast<float>(Bits() >> 8) * 0x1p-24f; }
@@ -241,7 +235,7 @@ bool Scatter::Lives(const Layer& layer, const Standing& thing, const Influence& 
   if (layer.near_parents_m > 0 && !influence.NearParent(p, layer.near_parents_m)) return false;
   if (!layer.mask.needs_shade()) return true;
   // A chance of its own: the mask's has been taken already.
-  const float chance = static_cast<float>(Mixed(thing.rank) >> 40) * 0x1p-24f;
+  const float chance = static_cast<float>(MixBits(thing.rank) >> 40) * 0x1p-24f;
   return chance < layer.mask.OfShade(influence.Shade(p));
 }
 

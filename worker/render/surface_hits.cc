@@ -186,7 +186,9 @@ PARALLAX_LANE_CLONES Interpolated8 RenderScene::Interpolate(const HitBatch8& bat
 
   const Float8 length = Norm(at.normal);
   points.normal = at.normal * (1.0f / length);
-  const Mask8 none = ~(length > 1e-6f);
+  // Normals that cancel leave what barycentric coordinates were rounded by, which differs between
+  // processors.
+  const Mask8 none = ~(length > 1e-5f);
   for (int lane = 0; Any(none) && lane < kLanes; ++lane) {
     const int from = Filled(batch, lane);
     if (none[lane] == 0) continue;
@@ -194,7 +196,8 @@ PARALLAX_LANE_CLONES Interpolated8 RenderScene::Interpolate(const HitBatch8& bat
                                         static_cast<uint32_t>(batch.triangle[from])));
   }
   const Float8 bent_length = Norm(bent);
-  const Vec3x8 normal = Select(bent_length > 1e-12f, bent * (1.0f / bent_length), geometric);
+  const Mask8 bends = (bent_length > 1e-12f) & ~none;
+  const Vec3x8 normal = Select(bends, bent * (1.0f / bent_length), geometric);
   out.shading_normal = Select(Inner(normal, geometric) < 0.0f, -normal, normal);
 
   const Vec3x8 cross = Cross(b.texture, c.texture);

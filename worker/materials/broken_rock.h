@@ -5,15 +5,15 @@
 
 namespace parallax {
 
-// Sizes of what broke off: blocks as wide as `longest_m`, and `octaves` - 1 smaller sizes, each
-// 0.43 of the one before.
+// Blocks broke off, as wide as `longest_m` and of `octaves` - 1 smaller sizes, each 0.43 of the one
+// before.
 struct BrokenRock {
   float longest_m = 1;
   uint32_t octaves = 3;
   uint32_t seed = 0;
 
   // Returns the height at `p` (metres, z across the beds; numbers or duals), metres: about 0.1 of
-  // each size. What is too small for the footprint fades.
+  // each size. Sizes too small for the footprint fade.
   template <typename Vec>
   RealOf<Vec> HeightAt(const Vec& p, Float8 footprint_m) const {
     RealOf<Vec> height = Splat(0);
@@ -21,7 +21,7 @@ struct BrokenRock {
     for (uint32_t i = 0; i < octaves; ++i) {
       const Float8 fade = noise::Fade(wavelength_m, footprint_m);
       if (!Any(fade > 0)) break;
-      // Flatter than wide: beds.
+      // Blocks of beds are flatter than wide.
       const Vec q = VecOf(p.x, p.y, p.z * 2.1f) / wavelength_m;
       auto form =
           0.7f * noise::SmoothStep(-0.15f, Splat(0.12f), noise::Gradient3(q * 0.7f, seed + 51 + i));

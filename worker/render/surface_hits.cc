@@ -186,7 +186,7 @@ PARALLAX_LANE_CLONES Interpolated8 RenderScene::Interpolate(const HitBatch8& bat
 
   const Float8 length = Norm(at.normal);
   points.normal = at.normal * (1.0f / length);
-  // Normals that cancel leave what barycentric coordinates were rounded by, which differs between
+  // Normals that cancel leave the rounding error of barycentric coordinates, which differs between
   // processors.
   const Mask8 none = ~(length > 1e-5f);
   for (int lane = 0; Any(none) && lane < kLanes; ++lane) {

@@ -1,6 +1,8 @@
 // Plants: what a level of detail keeps, how wood thins out, what a sheet is.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "worker/assets/kernel/detail.h"
@@ -205,7 +207,7 @@ TEST(Sheets, LieAboutTheirPlaceWithTheUpperSideUp) {
   }
 }
 
-// A wall's point at this angle and height, worn; returns its distance from the axis in metres.
+// Returns how far from its axis a round pillar's wall is once it is worn, in metres.
 float WornRadius(const BeddedRock& rock, const BeddedRockSpec& spec, float angle, float height_m) {
   const Vec3f normal(std::cos(angle), std::sin(angle), 0);
   return rock.Worn(spec.thick_m * normal + Vec3f(0, 0, height_m), normal).head<2>().norm();
@@ -228,7 +230,7 @@ TEST(BeddedRock, BlocksStandOutAndFallBetweenLedges) {
         most = std::max(most, here);
       }
     }
-    // Of 1,200 places; a smooth pillar has none.
+    // The loops visit 1,200 places; a smooth pillar has no ledge at any of them.
     EXPECT_GT(ledges, 60) << "seed " << seed;
     EXPECT_GT(least, 0.35f * spec.thick_m) << "seed " << seed;
     EXPECT_LT(most, 1.4f * spec.thick_m) << "seed " << seed;

@@ -187,7 +187,9 @@ TEST_P(EveryMaterial, ValuesAreFiniteAndInRange) {
       ASSERT_LE(s.ior, 2.5f);
       const float height = material->Height(point);
       ASSERT_TRUE(std::isfinite(height));
-      ASSERT_LE(std::fabs(height), material_class().family == "land" ? 0.16f : 0.02f);
+      // Relief that is seen from far away, the blocks of rock, is higher.
+      const float widest_m = material->widest_relief_m();
+      ASSERT_LE(std::fabs(height), widest_m > 0.1f ? 0.4f * widest_m : 0.02f);
     }
   }
 }
@@ -316,7 +318,9 @@ TEST_P(EveryMaterial, ReliefHasTheSlopesOfItsHeight) {
       const Float8 dx = (moved(0, kStep) - moved(0, -kStep)) / (2 * kStep);
       const Float8 dy = (moved(1, kStep) - moved(1, -kStep)) / (2 * kStep);
       for (int lane = 0; lane < kLanes; ++lane) {
-        ASSERT_NEAR(relief.value[lane], height[lane], 1e-7f + 1e-5f * std::fabs(height[lane]));
+        // Beyond 2 cm a float resolves less.
+        ASSERT_NEAR(relief.value[lane], height[lane],
+                    std::max(1e-7f, 5e-6f * std::fabs(height[lane])));
         ASSERT_TRUE(std::isfinite(relief.dx[lane]) && std::isfinite(relief.dy[lane]));
         missed += std::fabs(relief.dx[lane] - dx[lane]) + std::fabs(relief.dy[lane] - dy[lane]);
         whole += std::fabs(dx[lane]) + std::fabs(dy[lane]);
@@ -350,7 +354,7 @@ TEST(MaterialCatalogue, FamiliesAreFoundByNameWhateverTheCase) {
   EXPECT_TRUE(MaterialsOfFamily("unobtainium").empty());
 }
 
-// Else boulders, whose meshes have edges of decimetres, look like soap.
+// Boulders, whose meshes have edges of decimetres, looked like soap without these blocks.
 TEST(StrataRock, IsBrokenBelowTheSizeOfABoulder) {
   for (const char* name : {"GreyStrata", "RedStrata"}) {
     for (uint64_t seed = 0; seed < kSeeds; ++seed) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "common/base/mix_bits.h"
 #include "worker/assets/kernel/detail.h"
@@ -13,9 +14,10 @@ namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
-constexpr float kSeamRelief = -0.2f;    // Of a soft seam, in radii.
-constexpr float kFallenRelief = -0.3f;  // Where a block fell.
-constexpr float kGroove = 0.06f;        // Depth of a gap between blocks.
+// How far parts of the rock stand out, in radii of the formation.
+constexpr float kSeamRelief = -0.2f;    // A soft seam lies this deep.
+constexpr float kFallenRelief = -0.3f;  // The hole of a fallen block is at most this deep.
+constexpr float kGroove = 0.06f;        // A gap between blocks is this deep.
 
 // Returns the k-th of a block's numbers in [0, 1).
 float UnitOf(uint64_t block, uint64_t k) {
@@ -28,7 +30,8 @@ struct Block {
   float distance = std::numeric_limits<float>::max();  // To its point, in cells.
 };
 
-// The two nearest blocks of the bed with this seed.   Source: Worley, SIGGRAPH 1996.
+// Returns the two nearest blocks of the bed with this seed; `at` in cells.   Source: Worley,
+// SIGGRAPH 1996.
 std::pair<Block, Block> NearestBlocks(uint64_t seed, const Vec2f& at) {
   Block first, second;
   const int column = static_cast<int>(std::floor(at.x())),
@@ -56,7 +59,7 @@ float ReliefOf(const Block& block) {
   return 0.16f * (UnitOf(block.id, 4) - 0.5f) + fallen;
 }
 
-// From the mean of both sides at a border to `own`, at the distance of `width`.
+// Returns the mean of both sides' relief at their border, and `own` from the distance `width` on.
 float Blend(float own, float other, float distance, float width) {
   return Lerp(0.5f * (own + other), own, Smooth01(distance / width));
 }
@@ -98,7 +101,7 @@ float BeddedRock::Relief(const Vec3f& p) const {
   const float border_m = std::min(up_m, down_m);
   const Bed& neighbour = to_upper ? *above : *(bed - 1);
   const float own = BlockRelief(*bed, p);
-  // Within half of a thin bed its own relief is reached.
+  // A thin bed reaches its own relief in its middle.
   const float width_m = std::min(spec_.ledge_m, 0.5f * (above->floor_m - bed->floor_m));
   if (border_m > width_m) return own;
   return Blend(own, BlockRelief(neighbour, p), border_m, width_m) + Groove(border_m, width_m);
@@ -108,7 +111,7 @@ Vec3f BeddedRock::Worn(const Vec3f& p, const Vec3f& out) const {
   const float r = spec_.thick_m;
   const float shape = 0.16f * noise_.Fractal(0.5f * p / r, 2);
   const float rough = 0.035f * noise_.Fractal(2.5f * p / r + Vec3f::Constant(7.3f), 4);
-  // Blocks fall sideways; what lies flat stays.
+  // Blocks fall sideways; faces that look up or down stay.
   const Vec3f sideways(out.x(), out.y(), 0);
   return p + r * ((shape + Relief(p)) * sideways + rough * out);
 }

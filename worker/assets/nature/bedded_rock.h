@@ -36,7 +36,7 @@ class BeddedRock {
   void AddBeds(Rng& rng);
   // How far the surface stands out at `p`, in radii.
   float Relief(const Vec3f& p) const;
-  // The same within one bed, as if it had no others beside it.
+  // Returns Relief as if `bed` had no others above and below it.
   float BlockRelief(const Bed& bed, const Vec3f& p) const;
 
   BeddedRockSpec spec_;

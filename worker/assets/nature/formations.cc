@@ -23,7 +23,7 @@ std::vector<LimbRing> WithRoundFoot(std::vector<LimbRing> rings) {
   return rings;
 }
 
-// The same at the last ring, and the tip, which is flat.
+// Adds a smaller ring after the last one, for the same reason, and a flat tip.
 void AddRoundEnd(std::vector<LimbRing>& rings) {
   const LimbRing last = rings.back();
   const Vec3f on = (last.at - rings[rings.size() - 2].at).normalized();
@@ -66,7 +66,7 @@ Mesh RockTube(const std::vector<LimbRing>& rings, int sides, const BeddedRock& r
   const std::vector<LimbRing> line = WithRoundFoot(rings);
   LimbOptions options;
   options.sides = sides;
-  // Out from the middle: along the normals of a polygon its corners would fold over.
+  // The rock wears along a round tube's normals: a polygon's would fold its corners over.
   Mesh round;
   AddLimb(round, line, options);
   const JointedSection section(rng);

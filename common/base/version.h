@@ -18,7 +18,7 @@ namespace parallax {
 //            worker/materials as far as only looks change
 //   train    networks: worker/train
 //   evaluate scores: worker/evaluate
-inline constexpr char kLayoutVersion[] = "26";
+inline constexpr char kLayoutVersion[] = "27";
 inline constexpr char kSceneVersion[] = "27";
 inline constexpr char kFrameVersion[] = "27";
 inline constexpr char kTrainVersion[] = "1";

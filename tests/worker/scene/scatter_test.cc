@@ -147,6 +147,26 @@ TEST(Scatter, DensityIsWhatTheLayerSaysWithAndWithoutSpacing) {
 }
 
 // 100 million blades would take gigabytes before anyone counts them.
+// N(> s) falls as s^-2 between the ends, where other things are mostly of middling size.
+TEST(Scatter, SizesOfBrokenRockFollowAPowerLaw) {
+  v1::Terrain recipe = SmallLand();
+  v1::ScatterLayer& layer = AddLayer(recipe, "stones", 2);
+  layer.set_size_low(0.1);
+  layer.set_size_high(1);
+  layer.set_broken(true);
+  const std::vector<Standing> stones = PlaceOn(recipe, Square(-5, 5))[0];
+  const auto count = static_cast<double>(stones.size());
+  ASSERT_GT(count, 50'000);
+  for (const double size : {0.1, 0.15, 0.2, 0.4, 0.8}) {
+    const auto larger = std::count_if(stones.begin(), stones.end(), [&](const Standing& stone) {
+      return static_cast<double>(stone.scale()) > size;
+    });
+    const double expected = (1 / (size * size) - 1) / (1 / (0.1 * 0.1) - 1);
+    const double deviation = std::sqrt(expected * (1 - expected) / count);
+    EXPECT_NEAR(static_cast<double>(larger) / count, expected, 4 * deviation + 0.004) << size;
+  }
+}
+
 TEST(Scatter, TooManyCandidatesAreRefusedBeforeAnythingIsPlaced) {
   v1::Terrain recipe = SmallLand();
   AddLayer(recipe, "stones", 0.05, 1);

@@ -69,6 +69,7 @@ void LayerWriter::Add(const LayerSpec& spec) {
   layer.set_reach_m(spec.reach_m);
   layer.set_size_low(spec.low);
   layer.set_size_high(spec.high);
+  layer.set_broken(spec.broken);
   layer.set_upright(spec.upright);
   layer.set_sink_m(spec.sink_m);
   layer.set_claim_m(spec.claim_m);

@@ -30,6 +30,7 @@ struct LayerSpec {
   double spacing_m = 0;
   double reach_m = 40;
   double low = 0.7, high = 1.3;  // Sizes.
+  bool broken = false;           // Sizes are those of broken rock: many small, few large.
   double upright = 1;
   double sink_m = 0.02;
   double claim_m = 0;

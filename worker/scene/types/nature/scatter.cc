@@ -64,6 +64,7 @@ struct Scatter::Layer {
   float cell_m;
   float empty;  // With spacing: the chance that a cell has no candidate.
   float size_low, size_high;
+  bool broken;
   float spacing_m, claim_m, crown_m, near_parents_m;
   bool parent;
   std::vector<float> up_to;  // Sums of weights, the last 1.
@@ -76,6 +77,7 @@ struct Scatter::Layer {
         density(CandidateDensity(layer.per_m2(), layer.spacing_m())),
         size_low(static_cast<float>(layer.size_low())),
         size_high(static_cast<float>(layer.size_high())),
+        broken(layer.broken()),
         spacing_m(static_cast<float>(layer.spacing_m())),
         claim_m(static_cast<float>(layer.claim_m())),
         crown_m(static_cast<float>(layer.crown_m())),
@@ -107,6 +109,15 @@ struct Scatter::Layer {
     uint32_t count = 0;
     for (float product = cell.Unit(); product > empty; product *= cell.Unit()) ++count;
     return count;
+  }
+
+  // The size than which a share `u` of all things is smaller. Only roots, so that all libraries
+  // give equal bytes. Source: D. Turcotte, "Fractals and fragmentation", J. Geophys. Res. 91, 1986:
+  // a power of 2 to 2.8.
+  float SizeOf(float u) const {
+    if (!broken) return size_low + (size_high - size_low) * 0.5f * (u + u * u);
+    const float ratio = size_low / size_high;
+    return size_low / std::sqrt(1 - u * (1 - ratio * ratio));
   }
 
   // Candidates that are drawn for a tile, those around it included.
@@ -182,8 +193,7 @@ std::vector<Standing> Scatter::Candidates(const Layer& layer, const Box2f& area)
         }
         thing.rank = draws.Bits();
         thing.turn = static_cast<uint16_t>(draws.Bits() >> 16);
-        const float u = draws.Unit();
-        const float size = layer.size_low + (layer.size_high - layer.size_low) * 0.5f * (u + u * u);
+        const float size = layer.SizeOf(draws.Unit());
         thing.size = static_cast<uint16_t>(std::min(65535L, std::lround(4096.0f * size)));
         const float which = draws.Unit();
         while (thing.prototype + 1u < layer.up_to.size() && which >= layer.up_to[thing.prototype]) {

@@ -11,8 +11,9 @@ void AddStones(LayerWriter& w, double boulders, double pebbles, const MaskSpec& 
          .per_m2 = boulders,
          .spacing_m = 0.9,
          .reach_m = 320,
-         .low = 0.3,
-         .high = 2.1,
+         .low = 0.45,
+         .high = 2.6,
+         .broken = true,
          .upright = 0.45,
          .sink_m = 0.16,
          .claim_m = 0.7,
@@ -32,10 +33,10 @@ void AddStones(LayerWriter& w, double boulders, double pebbles, const MaskSpec& 
 
 namespace {
 
-MaskSpec RubblePatches(MaskSpec where, double patches_m, double cover) {
+MaskSpec RubblePatches(MaskSpec where, double patches_m, double cover, double soft = 0.15) {
   where.patches_m = patches_m;
   where.cover = cover;
-  where.soft = 0.15;
+  where.soft = soft;
   return where;
 }
 
@@ -49,8 +50,9 @@ void AddLargeRubble(LayerWriter& w, double times, const MaskSpec& where, double 
          .per_m2 = 0.0014 * times,
          .spacing_m = 3.2,
          .reach_m = 500,
-         .low = 1.8,
+         .low = 2.1,
          .high = 5.5,
+         .broken = true,
          .upright = 0.5,
          .sink_m = 0.14,
          .claim_m = 0.8,
@@ -64,8 +66,9 @@ void AddLargeRubble(LayerWriter& w, double times, const MaskSpec& where, double 
          .per_m2 = 0.01 * times,
          .spacing_m = 1.2,
          .reach_m = 170,
-         .low = 0.5,
-         .high = 2.2,
+         .low = 0.6,
+         .high = 2.6,
+         .broken = true,
          .upright = 0.1,
          .sink_m = 0.08,
          .claim_m = 0.6,
@@ -89,32 +92,40 @@ void AddLargeRubble(LayerWriter& w, double times, const MaskSpec& where, double 
 }
 
 void AddSmallRubble(LayerWriter& w, double times, const MaskSpec& where, double snow_m) {
+  MaskSpec of_rubble = RubblePatches(where, 19, 0.45, 0.3);
+  MaskSpec of_stones = RubblePatches(where, 8, 0.5, 0.4);
+  if (snow_m > 0) {
+    // Deep snow buries what is small; stones lie where wind or sun laid the ground bare.
+    of_rubble.snow_m = {-1, 0.3, 0.4};
+    of_stones.snow_m = {-1, 0.05, 0.06};
+  }
   w.Add({.name = "rubble",
          .asset = "Boulder",
          .role = v1::OBJECT_ROLE_ROCK,
          .shapes = 6,
-         .per_m2 = 0.2 * times,
+         .per_m2 = 0.34 * times,
          .spacing_m = 0.6,
          .reach_m = 200,
          .low = 0.22,
-         .high = 0.85,
+         .high = 1.1,
+         .broken = true,
          .upright = 0.3,
          .sink_m = 0.12,
          .claim_m = 0.3,
          .snow_m = snow_m,
-         .mask = RubblePatches(where, 19, 0.45)});
+         .mask = of_rubble});
   w.Add({.name = "stones",
          .asset = "Boulder",
          .role = v1::OBJECT_ROLE_ROCK,
          .shapes = 6,
-         .per_m2 = 6 * times,
+         .per_m2 = 12 * times,
          .reach_m = 70,
          .low = 0.05,
-         .high = 0.3,
+         .high = 0.4,
+         .broken = true,
          .upright = 0.2,
          .sink_m = 0.12,
-         .snow_m = snow_m,
-         .mask = RubblePatches(where, 12, 0.65)});
+         .mask = of_stones});
 }
 
 }  // namespace

@@ -146,7 +146,6 @@ TEST(Scatter, DensityIsWhatTheLayerSaysWithAndWithoutSpacing) {
   EXPECT_NEAR(static_cast<double>(things[1].size()) / area, 0.03, 0.005);
 }
 
-// 100 million blades would take gigabytes before anyone counts them.
 // N(> s) falls as s^-2 between the ends, where other things are mostly of middling size.
 TEST(Scatter, SizesOfBrokenRockFollowAPowerLaw) {
   v1::Terrain recipe = SmallLand();
@@ -167,6 +166,7 @@ TEST(Scatter, SizesOfBrokenRockFollowAPowerLaw) {
   }
 }
 
+// 100 million blades would take gigabytes before anyone counts them.
 TEST(Scatter, TooManyCandidatesAreRefusedBeforeAnythingIsPlaced) {
   v1::Terrain recipe = SmallLand();
   AddLayer(recipe, "stones", 0.05, 1);

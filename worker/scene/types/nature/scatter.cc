@@ -111,9 +111,9 @@ struct Scatter::Layer {
     return count;
   }
 
-  // The size than which a share `u` of all things is smaller. Only roots, so that all libraries
-  // give equal bytes. Source: D. Turcotte, "Fractals and fragmentation", J. Geophys. Res. 91, 1986:
-  // a power of 2 to 2.8.
+  // Returns the size below which a share `u` of all things lies. It takes only roots, so that all
+  // libraries give equal bytes. Source: D. Turcotte, "Fractals and fragmentation", J.
+  // Geophys. Res. 91, 1986: a power of 2 to 2.8.
   float SizeOf(float u) const {
     if (!broken) return size_low + (size_high - size_low) * 0.5f * (u + u * u);
     const float ratio = size_low / size_high;

@@ -17,7 +17,8 @@ inline constexpr MaskSpec::Range kLoose = {0, 0.72, 0.12};
 void AddStones(LayerWriter& w, double boulders, double pebbles, const MaskSpec& mask);
 
 // Adds broken rock below a wall or on stony ground, in five sizes from single blocks to stones;
-// `times` as much as on a mountain's scree. `snow_m` is the depth of the snow on it.
+// `times` is 1 for the scree below a wall. `snow_m` is the depth of the snow on it; where there is
+// some, small stones lie only on bare ground.
 void AddRubble(LayerWriter& w, double times, const MaskSpec& where, double snow_m = 0);
 
 // A species of tree in three ages; old trees come first, because they claim the ground.

@@ -22,8 +22,8 @@ SCENE_COLUMNS = [
     "least clearance of an eye, m", "largest recipe, kB", "show daylight"]
 VIEW_COLUMNS = [
     "biome", "nothing nearer than 5 m, % of frames",
-    "median disparity at 1280 px: median (least to most)", "below 4 px, %", "sky, %",
-    "`mixed`, %", "`mixed`, most, %", "mean level", "darkest"]
+    "median disparity at 1280 px: median (least to most)", "below 4 px, % of pixels",
+    "sky, % of pixels", "`mixed`, % of pixels", "`mixed`, most, %", "mean level", "darkest"]
 
 
 def check(program, biome, seed, rendered, folder):
@@ -64,11 +64,11 @@ def view_row(biome, scenes, to_1280):
     """Returns the biome's row of the second table; `to_1280`: 1280 / rendered width."""
     solved = [scene for scene in scenes if "rejected" not in scene]
 
-    def median(values, digits=0):
-        return f"{statistics.median(values):.{digits}f}"
+    def median(values):
+        return f"{statistics.median(values):.0f}"
 
     def percent(key):
-        return median([100 * scene[key] for scene in solved])
+        return f"{100 * statistics.mean(scene[key] for scene in solved):.1f}"
 
     medians = [to_1280 * scene["disparity_px"].get("50", 0) for scene in solved]
     cells = [
@@ -76,7 +76,7 @@ def view_row(biome, scenes, to_1280):
         f"{100 * statistics.mean(scene['frames_beyond_5_m'] for scene in solved):.0f}",
         f"{median(medians)} ({min(medians):.0f} to {max(medians):.0f})",
         percent("below_4_px_of_1280_share"), percent("sky_share"),
-        median([100 * scene["mixed_share"] for scene in solved], 1),
+        percent("mixed_share"),
         f"{100 * max(scene['mixed_share'] for scene in solved):.1f}",
         median([scene["mean_level"] for scene in solved]),
         f"{min(scene['mean_level'] for scene in solved):.0f}",

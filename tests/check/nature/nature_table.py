@@ -22,7 +22,7 @@ SCENE_COLUMNS = [
     "least clearance of an eye, m", "largest recipe, kB", "show daylight"]
 VIEW_COLUMNS = [
     "biome", "nothing nearer than 5 m, % of frames",
-    "median disparity at 1280 px: median (least to most)", "below 4 px, % of pixels",
+    "median disparity at 1280 px: median (least to most)", "below 4 px, % of things",
     "sky, % of pixels", "`mixed`, % of pixels", "`mixed`, most, %", "mean level", "darkest"]
 
 

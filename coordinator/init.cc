@@ -9,8 +9,8 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "common/base/file.h"
-#include "common/base/secret.h"
+#include "common/base/system/file.h"
+#include "common/base/system/secret.h"
 #include "common/rpc/certificate.h"
 #include "common/rpc/revocation.h"
 #include "common/store/store.h"

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/clock.h"
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
 
 namespace parallax {
 

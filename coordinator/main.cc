@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "common/base/log.h"
 #include "common/base/status.h"
+#include "common/base/system/log.h"
 #include "common/base/version.h"
 #include "common/store/store.h"
 #include "coordinator/init.h"
 #include "coordinator/nearest_name.h"
 #include "coordinator/queue/database_tools.h"
-#include "coordinator/rpc/output_check.h"
+#include "coordinator/rpc/workers/output_check.h"
 #include "coordinator/serve.h"
 
 namespace parallax {

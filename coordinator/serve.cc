@@ -11,12 +11,12 @@
 #include <iostream>
 #include <string_view>
 
-#include "common/base/log.h"
+#include "common/base/system/log.h"
 #include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "common/store/store.h"
 #include "coordinator/http/http_server.h"
-#include "coordinator/queue/database_file.h"
+#include "coordinator/queue/database/database_file.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "coordinator/rpc/janitor.h"

@@ -111,7 +111,7 @@ def registered():
             continue
         lists = [parent / "CMakeLists.txt" for parent in (folder, *folder.parents)]
         globs = [f"{file.parent}/{glob}" for file in lists[:2] if (ROOT / file).is_file()
-                 for glob in re.findall(r"file\(GLOB \w+ (?:CONFIGURE_DEPENDS )?(\S+)\)", read(file))]
+                 for listed in re.findall(r"file\(GLOB \w+ (?:CONFIGURE_DEPENDS )?([^()]+)\)", read(file)) for glob in listed.split()]
         if any(Path(path).match(glob) for glob in globs):
             continue  # A registry's folder takes every file.
         if not any((ROOT / file).is_file() and name.search(read(file)) for file in lists if file != Path("CMakeLists.txt")):

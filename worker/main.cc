@@ -4,9 +4,9 @@
 #include <filesystem>
 
 #include "worker/agent/worker_program.h"
-#include "worker/jobs/ability_tags.h"
 #include "worker/jobs/jobs.h"
-#include "worker/materials/user_picture.h"
+#include "worker/jobs/offered_tags.h"
+#include "worker/materials/pictures/user_picture.h"
 
 int main(int argc, char** argv) {
   std::unique_ptr<tbb::global_control> threads;  // One limit for all jobs together.

@@ -1,7 +1,7 @@
 // Converts between points of steady time and seconds as numbers.
 #pragma once
 
-#include "common/base/clock.h"
+#include "common/base/system/clock.h"
 
 namespace parallax {
 

@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
-#include "common/config/field_rules.h"
-#include "common/config/yaml_reader.h"
+#include "common/config/check/field_rules.h"
+#include "common/config/yaml/yaml_reader.h"
 
 namespace parallax::config_internal {
 

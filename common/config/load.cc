@@ -6,20 +6,20 @@
 #include <optional>
 #include <set>
 
-#include "common/base/file.h"
 #include "common/base/status.h"
+#include "common/base/system/file.h"
 #include "common/config/builtin.h"
-#include "common/config/camera.h"
-#include "common/config/checks.h"
+#include "common/config/camera_settings.h"
+#include "common/config/check/checks.h"
+#include "common/config/check/field_rules.h"
+#include "common/config/check/idle_fields.h"
+#include "common/config/check/limits.h"
+#include "common/config/check/rig_counts.h"
 #include "common/config/config.h"
 #include "common/config/defaults.h"
-#include "common/config/field_rules.h"
-#include "common/config/idle_fields.h"
-#include "common/config/limits.h"
-#include "common/config/rig_counts.h"
-#include "common/config/training.h"
-#include "common/config/yaml_document.h"
-#include "common/config/yaml_reader.h"
+#include "common/config/training_plan.h"
+#include "common/config/yaml/yaml_document.h"
+#include "common/config/yaml/yaml_reader.h"
 
 namespace parallax {
 namespace {

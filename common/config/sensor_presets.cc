@@ -3,7 +3,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "common/config/defaults.h"
-#include "common/config/yaml_reader.h"
+#include "common/config/yaml/yaml_reader.h"
 
 namespace parallax {
 namespace {

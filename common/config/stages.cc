@@ -1,6 +1,6 @@
 #include "common/config/stages.h"
 
-#include "common/config/field_rules.h"
+#include "common/config/check/field_rules.h"
 
 namespace parallax {
 namespace {

@@ -8,8 +8,8 @@
 
 #include <cstring>
 
-#include "common/base/file.h"
 #include "common/base/status.h"
+#include "common/base/system/file.h"
 #include "common/image/io.h"
 
 namespace parallax {

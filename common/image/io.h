@@ -61,7 +61,7 @@ absl::Status WritePng(const std::string& path, const ImageU8& image,
                       int compression = kPngCompression);
 absl::Status WritePng(const std::string& path, const ImageU16& image,
                       int compression = kPngCompression);
-// Encode and write a file; not durable, see common/base/file.h.
+// Encode and write a file; not durable, see common/base/system/file.h.
 absl::Status WriteExrY(const std::string& path, const ImageF& image);
 absl::Status WriteExrHalfRgb(const std::string& path, const ImageF3& image);
 absl::Status WritePfm(const std::string& path, const ImageF& image);

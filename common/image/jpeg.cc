@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "common/image/png_picture.h"
 
 namespace parallax {

@@ -4,8 +4,8 @@
 #include <charconv>
 #include <cstring>
 
-#include "common/base/file.h"
 #include "common/base/status.h"
+#include "common/base/system/file.h"
 #include "common/image/io.h"
 
 namespace parallax {

@@ -3,8 +3,8 @@
 #include <csetjmp>
 #include <cstring>
 
-#include "common/base/file.h"
 #include "common/base/status.h"
+#include "common/base/system/file.h"
 #include "common/image/io.h"
 #include "common/image/png_picture.h"
 

@@ -14,10 +14,10 @@
 #include <cmath>
 #include <ctime>
 
-#include "common/base/file.h"
 #include "common/base/hash.h"
-#include "common/base/log.h"
 #include "common/base/names.h"
+#include "common/base/system/file.h"
+#include "common/base/system/log.h"
 #include "common/rpc/free_with.h"
 
 namespace parallax {

@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include "common/base/clock.h"
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
 #include "common/rpc/role.h"
 
 namespace parallax {

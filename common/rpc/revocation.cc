@@ -7,9 +7,9 @@
 #include <sstream>
 #include <utility>
 
-#include "common/base/file.h"
-#include "common/base/log.h"
 #include "common/base/seconds.h"
+#include "common/base/system/file.h"
+#include "common/base/system/log.h"
 
 namespace parallax {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "common/base/clock.h"
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
 
 namespace parallax {
 

@@ -13,8 +13,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "common/base/file.h"
 #include "common/base/status.h"
+#include "common/base/system/file.h"
 
 namespace parallax {
 namespace {

@@ -8,8 +8,8 @@
 #include <mutex>
 #include <utility>
 
-#include "common/base/log.h"
 #include "common/base/status.h"
+#include "common/base/system/log.h"
 #include "common/store/s3_text.h"
 
 namespace parallax {

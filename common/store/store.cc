@@ -8,8 +8,8 @@
 #include <cerrno>
 #include <cstdio>
 
-#include "common/base/file.h"
 #include "common/base/hash.h"
+#include "common/base/system/file.h"
 #include "common/store/local_store.h"
 #include "common/store/s3_store.h"
 

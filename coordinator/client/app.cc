@@ -7,14 +7,14 @@
 #include <cstring>
 
 #include "common/base/version.h"
-#include "coordinator/client/commands/catalogue.h"
-#include "coordinator/client/commands/command.h"
-#include "coordinator/client/commands/evaluate.h"
-#include "coordinator/client/commands/farm.h"
-#include "coordinator/client/help_formatter.h"
-#include "coordinator/client/text.h"
+#include "coordinator/client/command.h"
+#include "coordinator/client/commands/catalogue_command.h"
+#include "coordinator/client/commands/evaluate_command.h"
+#include "coordinator/client/commands/farm_command.h"
+#include "coordinator/client/views/help_formatter.h"
+#include "coordinator/client/views/text.h"
 #include "coordinator/nearest_name.h"
-#include "worker/materials/user_picture.h"
+#include "worker/materials/pictures/user_picture.h"
 
 namespace parallax::client {
 namespace {

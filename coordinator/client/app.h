@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "common/base/clock.h"
-#include "coordinator/client/terminal.h"
+#include "common/base/system/clock.h"
+#include "coordinator/client/views/terminal.h"
 
 namespace parallax::client {
 

@@ -13,7 +13,7 @@
 #include "common/rpc/endpoint.h"
 #include "common/rpc/message_texts.h"
 #include "common/rpc/remote_store.h"
-#include "coordinator/client/text.h"
+#include "coordinator/client/views/text.h"
 #include "parallax/v1/service.grpc.pb.h"
 
 namespace parallax::client {

@@ -2,7 +2,7 @@
 
 #include <iostream>
 
-#include "common/base/log.h"
+#include "common/base/system/log.h"
 #include "coordinator/client/app.h"
 
 int main(int argc, char** argv) {

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <filesystem>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "parallax/v1/service.pb.h"
 #include "worker/scene/upgrade.h"
 

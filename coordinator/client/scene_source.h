@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/base/status.h"
-#include "coordinator/client/commands/command.h"
+#include "coordinator/client/command.h"
 #include "parallax/v1/scene.pb.h"
 
 namespace parallax::client {

@@ -8,7 +8,7 @@
 #include "coordinator/http/sessions.h"
 #include "coordinator/http/status_sampler.h"
 #include "coordinator/http/web.h"
-#include "coordinator/queue/page_reader.h"
+#include "coordinator/queue/reads/page_reader.h"
 
 namespace parallax {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "coordinator/http/status_snapshot.h"
-#include "coordinator/queue/farm_history.h"
-#include "coordinator/queue/page_reader.h"
+#include "coordinator/queue/reads/farm_history.h"
+#include "coordinator/queue/reads/page_reader.h"
 
 namespace parallax {
 

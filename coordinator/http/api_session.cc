@@ -1,6 +1,6 @@
 // Routes that sign a caller in and out: sessions and one-time links.
-#include "common/base/secret.h"
 #include "common/base/status.h"
+#include "common/base/system/secret.h"
 #include "coordinator/http/api.h"
 #include "coordinator/http/api_json.h"
 

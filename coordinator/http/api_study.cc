@@ -5,12 +5,12 @@
 
 #include "common/base/names.h"
 #include "common/base/status.h"
-#include "common/config/limit_rules.h"
+#include "common/config/check/limit_rules.h"
 #include "coordinator/http/api.h"
 #include "coordinator/http/api_json.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/access.h"
-#include "coordinator/rpc/steering.h"
+#include "coordinator/rpc/workers/steering.h"
 
 namespace parallax {
 namespace {

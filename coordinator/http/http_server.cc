@@ -9,10 +9,10 @@
 #include <mutex>
 #include <thread>
 
-#include "common/base/file.h"
 #include "common/base/hash.h"
 #include "common/base/seconds.h"
-#include "common/base/secret.h"
+#include "common/base/system/file.h"
+#include "common/base/system/secret.h"
 #include "common/rpc/revocation.h"
 #include "coordinator/http/api.h"
 #include "coordinator/http/api_json.h"
@@ -20,7 +20,7 @@
 #include "coordinator/http/page_files.h"
 #include "coordinator/http/peer.h"
 #include "coordinator/queue/job_queue.h"
-#include "coordinator/rpc/steering.h"
+#include "coordinator/rpc/workers/steering.h"
 
 namespace parallax {
 namespace {

@@ -13,8 +13,8 @@
 #include <memory>
 #include <string>
 
-#include "common/base/clock.h"
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
 #include "common/rpc/endpoint.h"
 
 namespace parallax {

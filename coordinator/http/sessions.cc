@@ -4,7 +4,7 @@
 
 #include "common/base/hash.h"
 #include "common/base/seconds.h"
-#include "common/base/secret.h"
+#include "common/base/system/secret.h"
 
 namespace parallax {
 namespace {

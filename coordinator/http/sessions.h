@@ -10,8 +10,8 @@
 #include <optional>
 #include <string>
 
-#include "common/base/clock.h"
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
 #include "common/rpc/endpoint.h"
 
 namespace parallax {

@@ -1,7 +1,7 @@
 #include "coordinator/http/status_sampler.h"
 
-#include "common/base/log.h"
 #include "common/base/seconds.h"
+#include "common/base/system/log.h"
 #include "common/base/version.h"
 
 namespace parallax {

@@ -11,11 +11,11 @@
 #include <thread>
 #include <vector>
 
-#include "common/base/clock.h"
 #include "common/base/rate_estimator.h"
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
 #include "coordinator/http/status_snapshot.h"
-#include "coordinator/queue/farm_history.h"
+#include "coordinator/queue/reads/farm_history.h"
 
 namespace parallax {
 

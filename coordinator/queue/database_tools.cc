@@ -2,11 +2,11 @@
 
 #include <filesystem>
 
-#include "coordinator/queue/auditor.h"
-#include "coordinator/queue/backup.h"
-#include "coordinator/queue/database_file.h"
-#include "coordinator/queue/migrations.h"
-#include "coordinator/queue/sqlite.h"
+#include "coordinator/queue/database/backup.h"
+#include "coordinator/queue/database/database_file.h"
+#include "coordinator/queue/database/migrations.h"
+#include "coordinator/queue/database/sqlite.h"
+#include "coordinator/queue/reads/auditor.h"
 
 namespace parallax {
 

@@ -3,18 +3,18 @@
 #include <algorithm>
 #include <utility>
 
-#include "coordinator/queue/auditor.h"
-#include "coordinator/queue/backup.h"
-#include "coordinator/queue/database_file.h"
-#include "coordinator/queue/finisher.h"
-#include "coordinator/queue/lease_book.h"
-#include "coordinator/queue/machine.h"
-#include "coordinator/queue/migrations.h"
-#include "coordinator/queue/queue_news.h"
-#include "coordinator/queue/readers.h"
-#include "coordinator/queue/startup.h"
-#include "coordinator/queue/upkeep.h"
-#include "coordinator/queue/user_limits.h"
+#include "coordinator/queue/commands/finisher.h"
+#include "coordinator/queue/commands/lease_book.h"
+#include "coordinator/queue/commands/machine.h"
+#include "coordinator/queue/commands/queue_news.h"
+#include "coordinator/queue/commands/upkeep.h"
+#include "coordinator/queue/database/backup.h"
+#include "coordinator/queue/database/database_file.h"
+#include "coordinator/queue/database/migrations.h"
+#include "coordinator/queue/database/startup.h"
+#include "coordinator/queue/reads/auditor.h"
+#include "coordinator/queue/reads/readers.h"
+#include "coordinator/queue/reads/user_limits.h"
 #include "coordinator/queue/writer.h"
 
 namespace parallax {

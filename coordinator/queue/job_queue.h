@@ -27,15 +27,15 @@
 #include <string_view>
 #include <vector>
 
-#include "common/base/clock.h"
 #include "common/base/ids.h"
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
 #include "common/base/version.h"
-#include "common/config/limit_rules.h"
-#include "coordinator/queue/fail_point.h"
-#include "coordinator/queue/farm_history.h"
+#include "common/config/check/limit_rules.h"
+#include "coordinator/queue/commands/policy.h"
+#include "coordinator/queue/database/fail_point.h"
 #include "coordinator/queue/job_kind.h"
-#include "coordinator/queue/policy.h"
+#include "coordinator/queue/reads/farm_history.h"
 #include "parallax/v1/service.pb.h"
 
 namespace parallax {

@@ -17,9 +17,9 @@
 #include <vector>
 
 #include "common/base/status.h"
-#include "coordinator/queue/fail_point.h"
-#include "coordinator/queue/histogram.h"
-#include "coordinator/queue/machine.h"
+#include "coordinator/queue/commands/machine.h"
+#include "coordinator/queue/database/fail_point.h"
+#include "coordinator/queue/tables/latency_histogram.h"
 
 namespace parallax {
 

@@ -11,7 +11,7 @@
 #include <mutex>
 #include <thread>
 
-#include "common/base/clock.h"
+#include "common/base/system/clock.h"
 
 namespace parallax {
 

@@ -3,8 +3,8 @@
 #include <chrono>
 #include <iterator>
 
-#include "common/base/log.h"
 #include "common/base/names.h"
+#include "common/base/system/log.h"
 #include "common/config/content_folders.h"
 #include "common/store/content.h"
 #include "common/store/store.h"

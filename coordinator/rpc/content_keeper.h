@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "common/base/clock.h"
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
 #include "parallax/v1/study.pb.h"
 
 namespace parallax {

@@ -10,8 +10,8 @@
 #include "coordinator/rpc/access.h"
 #include "coordinator/rpc/artifacts_service.h"
 #include "coordinator/rpc/coordinator_service.h"
-#include "coordinator/rpc/dispatcher.h"
 #include "coordinator/rpc/task_pool.h"
+#include "coordinator/rpc/workers/dispatcher.h"
 
 namespace parallax {
 namespace {

@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "common/base/clock.h"
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
 #include "common/rpc/endpoint.h"
 #include "parallax/v1/service.pb.h"
 

@@ -4,8 +4,8 @@
 
 #include "common/base/status.h"
 #include "common/rpc/grpc_status.h"
-#include "coordinator/rpc/output_check.h"
 #include "coordinator/rpc/validation.h"
+#include "coordinator/rpc/workers/output_check.h"
 
 namespace parallax {
 namespace {

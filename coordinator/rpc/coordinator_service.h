@@ -13,10 +13,10 @@
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/call_watch.h"
 #include "coordinator/rpc/coordinator_server.h"
-#include "coordinator/rpc/dispatcher.h"
-#include "coordinator/rpc/report_meter.h"
 #include "coordinator/rpc/task_pool.h"
-#include "coordinator/rpc/work_stream.h"
+#include "coordinator/rpc/workers/dispatcher.h"
+#include "coordinator/rpc/workers/report_meter.h"
+#include "coordinator/rpc/workers/work_stream.h"
 #include "parallax/v1/service.grpc.pb.h"
 
 namespace parallax {

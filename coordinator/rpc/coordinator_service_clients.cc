@@ -1,18 +1,18 @@
 // The calls of clients. Checks of a request that cost nothing come before the pool.
 #include <algorithm>
 
-#include "common/base/log.h"
 #include "common/base/names.h"
 #include "common/base/status.h"
+#include "common/base/system/log.h"
 #include "common/base/version.h"
-#include "common/config/training.h"
+#include "common/config/training_plan.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "coordinator/rpc/content_keeper.h"
 #include "coordinator/rpc/coordinator_service.h"
 #include "coordinator/rpc/reply_size.h"
-#include "coordinator/rpc/steering.h"
 #include "coordinator/rpc/validation.h"
+#include "coordinator/rpc/workers/steering.h"
 
 namespace parallax {
 namespace {

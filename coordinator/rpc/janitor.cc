@@ -1,6 +1,6 @@
 #include "coordinator/rpc/janitor.h"
 
-#include "common/base/log.h"
+#include "common/base/system/log.h"
 #include "common/store/content.h"
 
 namespace parallax {

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "common/base/names.h"
+#include "common/config/check/limit_rules.h"
+#include "common/config/check/limits.h"
 #include "common/config/config.h"
-#include "common/config/limit_rules.h"
-#include "common/config/limits.h"
 
 namespace parallax {
 namespace {

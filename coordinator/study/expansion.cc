@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "common/base/names.h"
-#include "common/config/limits.h"
+#include "common/config/check/limits.h"
 
 namespace parallax {
 namespace {

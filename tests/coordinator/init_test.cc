@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <sstream>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "common/rpc/certificate.h"
 #include "common/rpc/revocation.h"
 

@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "common/base/file.h"
 #include "common/base/hash.h"
+#include "common/base/system/file.h"
 #include "common/image/io.h"
 #include "common/rpc/certificate.h"
 #include "common/store/content.h"

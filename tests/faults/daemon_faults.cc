@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <set>
 
-#include "common/base/file.h"
 #include "common/base/hash.h"
+#include "common/base/system/file.h"
 #include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"

@@ -11,8 +11,8 @@
 #include <set>
 #include <thread>
 
-#include "common/base/file.h"
 #include "common/base/hash.h"
+#include "common/base/system/file.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "tests/job_messages.h"

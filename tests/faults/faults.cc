@@ -7,7 +7,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "common/base/log.h"
+#include "common/base/system/log.h"
 #include "common/base/version.h"
 #include "tests/faults/experiment.h"
 

@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "common/base/file.h"
 #include "common/base/hash.h"
+#include "common/base/system/file.h"
 #include "common/image/io.h"
 #include "tests/faults/farm.h"
 #include "tests/faults/tcp_proxy.h"

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "coordinator/queue/database_file.h"
+#include "coordinator/queue/database/database_file.h"
 #include "tests/faults/farm.h"
 #include "tests/faults/tcp_proxy.h"
 #include "tests/job_messages.h"

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
-#include "common/base/log.h"
+#include "common/base/system/log.h"
 #include "coordinator/serve.h"
 #include "tests/noop/noop_kind.h"
 

@@ -7,7 +7,7 @@
 
 #include <thread>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"

@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "tests/fuzz/proto_mutator.h"
-#include "worker/scene/scene_geometry.h"
+#include "worker/scene/build_geometry.h"
 #include "worker/scene/upgrade.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

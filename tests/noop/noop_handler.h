@@ -1,7 +1,7 @@
 // Kind `noop`, the worker's side: hands the spec back.
 #pragma once
 
-#include "worker/agent/job_handler.h"
+#include "worker/agent/attempts/job_handler.h"
 
 namespace parallax {
 

@@ -7,17 +7,17 @@
 #include <set>
 
 #include "common/base/hash.h"
-#include "common/base/log.h"
 #include "common/base/seconds.h"
+#include "common/base/system/log.h"
 #include "worker/agent/agent_control.h"
-#include "worker/agent/attempt_folders.h"
-#include "worker/agent/attempt_report.h"
-#include "worker/agent/coordinator_link.h"
-#include "worker/agent/credit.h"
-#include "worker/agent/departure.h"
-#include "worker/agent/job_slots.h"
-#include "worker/agent/retirement.h"
-#include "worker/agent/running.h"
+#include "worker/agent/attempts/attempt_folders.h"
+#include "worker/agent/attempts/attempt_report.h"
+#include "worker/agent/attempts/job_slots.h"
+#include "worker/agent/attempts/running.h"
+#include "worker/agent/session/coordinator_link.h"
+#include "worker/agent/session/credit.h"
+#include "worker/agent/session/departure.h"
+#include "worker/agent/session/retirement.h"
 
 namespace parallax {
 namespace {

@@ -11,14 +11,14 @@
 #include <string>
 #include <vector>
 
-#include "common/base/clock.h"
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
 #include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "parallax/v1/service.pb.h"
+#include "worker/agent/attempts/job_handler.h"
 #include "worker/agent/health.h"
-#include "worker/agent/job_handler.h"
-#include "worker/agent/report_sender.h"
+#include "worker/agent/session/report_sender.h"
 
 namespace parallax {
 

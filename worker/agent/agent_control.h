@@ -5,9 +5,9 @@
 #include <condition_variable>
 #include <mutex>
 
-#include "common/base/clock.h"
-#include "worker/agent/departure.h"
+#include "common/base/system/clock.h"
 #include "worker/agent/health.h"
+#include "worker/agent/session/departure.h"
 
 namespace parallax {
 

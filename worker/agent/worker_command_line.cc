@@ -8,10 +8,10 @@
 #include <cstdlib>
 #include <sstream>
 
-#include "common/base/clock.h"
-#include "common/base/cores.h"
-#include "common/base/memory_budget.h"
 #include "common/base/names.h"
+#include "common/base/system/clock.h"
+#include "common/base/system/cores.h"
+#include "common/base/system/memory_budget.h"
 #include "common/base/version.h"
 
 namespace parallax {

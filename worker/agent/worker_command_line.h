@@ -8,7 +8,7 @@
 
 #include "common/base/status.h"
 #include "worker/agent/agent.h"
-#include "worker/agent/job_handler.h"
+#include "worker/agent/attempts/job_handler.h"
 #include "worker/agent/worker_program.h"
 
 namespace CLI {

@@ -4,9 +4,9 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "common/base/clock.h"
-#include "common/base/log.h"
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
+#include "common/base/system/log.h"
 #include "common/base/version.h"
 #include "worker/agent/agent.h"
 #include "worker/agent/health.h"

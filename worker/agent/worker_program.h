@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "worker/agent/job_handler.h"
+#include "worker/agent/attempts/job_handler.h"
 
 namespace parallax {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "worker/assets/asset.h"
-#include "worker/materials/material.h"
+#include "worker/materials/kernel/material.h"
 
 namespace parallax {
 

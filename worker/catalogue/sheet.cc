@@ -9,7 +9,7 @@
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
 #include "worker/catalogue/sheet_scene.h"
-#include "worker/dataset/drawing.h"
+#include "worker/dataset/sheets/drawing.h"
 
 namespace parallax {
 namespace {

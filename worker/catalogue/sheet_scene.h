@@ -8,8 +8,8 @@
 #include "common/image/image.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/assets/asset.h"
-#include "worker/materials/material.h"
-#include "worker/scene/scene_geometry.h"
+#include "worker/materials/kernel/material.h"
+#include "worker/scene/build_geometry.h"
 
 namespace parallax {
 

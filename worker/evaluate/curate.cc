@@ -7,7 +7,7 @@
 
 #include "common/image/io.h"
 #include "worker/evaluate/benchmarks/frame_truth.h"
-#include "worker/evaluate/evaluate.h"
+#include "worker/evaluate/evaluation.h"
 
 namespace parallax {
 namespace {

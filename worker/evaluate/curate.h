@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "common/base/cancel.h"
-#include "common/base/clock.h"
 #include "common/base/status.h"
-#include "worker/dataset/archive_index.h"
-#include "worker/dataset/curation_log.h"
+#include "common/base/system/clock.h"
+#include "worker/dataset/archive/archive_index.h"
+#include "worker/dataset/archive/curation_log.h"
 #include "worker/evaluate/predictors/predictor.h"
 
 namespace parallax {

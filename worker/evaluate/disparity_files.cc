@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "common/image/io.h"
 
 namespace parallax {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "common/image/io.h"
-#include "worker/dataset/drawing.h"
+#include "worker/dataset/sheets/drawing.h"
 
 namespace parallax {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
-#include "worker/dataset/drawing.h"
-#include "worker/evaluate/evaluate.h"
+#include "worker/dataset/sheets/drawing.h"
+#include "worker/evaluate/evaluation.h"
 
 namespace parallax {
 namespace {

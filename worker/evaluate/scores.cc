@@ -10,7 +10,7 @@
 #include <sstream>
 #include <tuple>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 
 namespace parallax {
 namespace {

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/status.h"
-#include "worker/evaluate/table.h"
+#include "worker/evaluate/score_table.h"
 
 namespace parallax {
 namespace {

@@ -1,23 +1,22 @@
 // Kind `evaluate`: a trained network (or a classical baseline) x a benchmark -> scores of each
 // pair.
-#include "worker/evaluate/evaluate.h"
-
 #include <algorithm>
 #include <filesystem>
 
-#include "common/base/file.h"
 #include "common/base/status.h"
+#include "common/base/system/file.h"
 #include "common/store/store.h"
 #include "parallax/v1/train.pb.h"
-#include "worker/agent/failure.h"
+#include "worker/agent/attempts/failure.h"
 #include "worker/evaluate/benchmark.h"
+#include "worker/evaluate/evaluation.h"
 #include "worker/evaluate/prediction_sheet.h"
-#include "worker/jobs/frame_folder.h"
+#include "worker/jobs/files/frame_folder.h"
+#include "worker/jobs/files/kept_files.h"
+#include "worker/jobs/files/store_files.h"
 #include "worker/jobs/jobs.h"
-#include "worker/jobs/kept_files.h"
-#include "worker/jobs/log_reader.h"
-#include "worker/jobs/network_predictor.h"
-#include "worker/jobs/store_files.h"
+#include "worker/jobs/training/log_reader.h"
+#include "worker/jobs/training/network_predictor.h"
 
 namespace parallax {
 namespace {

@@ -4,10 +4,10 @@
 #include <memory>
 #include <string>
 
-#include "worker/jobs/content_cache.h"
-#include "worker/jobs/core_share.h"
-#include "worker/jobs/frame_cache.h"
-#include "worker/train/installed_trainers.h"
+#include "worker/jobs/files/content_cache.h"
+#include "worker/jobs/files/core_share.h"
+#include "worker/jobs/files/frame_cache.h"
+#include "worker/train/contract/installed_trainers.h"
 
 namespace parallax {
 

@@ -4,8 +4,8 @@
 
 #include "common/base/status.h"
 #include "parallax/v1/jobs.pb.h"
-#include "worker/dataset/render_job.h"
-#include "worker/jobs/finished_frames.h"
+#include "worker/dataset/frame/render_job.h"
+#include "worker/jobs/files/finished_frames.h"
 #include "worker/jobs/jobs.h"
 
 namespace parallax {

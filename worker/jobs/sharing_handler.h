@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "worker/agent/job_handler.h"
+#include "worker/agent/attempts/job_handler.h"
 #include "worker/jobs/job_options.h"
 
 namespace parallax {

@@ -1,9 +1,8 @@
 // Kind `solve`: a seed and a config -> the recipe of a scene.
-#include "worker/scene/solve.h"
-
 #include "common/base/status.h"
 #include "parallax/v1/jobs.pb.h"
 #include "worker/jobs/jobs.h"
+#include "worker/scene/solve_scene.h"
 
 namespace parallax {
 namespace {

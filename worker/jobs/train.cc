@@ -4,20 +4,20 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "common/base/file.h"
-#include "common/base/log.h"
 #include "common/base/status.h"
+#include "common/base/system/file.h"
+#include "common/base/system/log.h"
 #include "common/base/version.h"
 #include "common/store/store.h"
 #include "parallax/v1/train.pb.h"
-#include "worker/agent/failure.h"
-#include "worker/jobs/checkpoint_keeper.h"
+#include "worker/agent/attempts/failure.h"
+#include "worker/jobs/files/kept_files.h"
+#include "worker/jobs/files/store_files.h"
 #include "worker/jobs/jobs.h"
-#include "worker/jobs/kept_files.h"
-#include "worker/jobs/network_predictor.h"
-#include "worker/jobs/store_files.h"
-#include "worker/jobs/training_data_folder.h"
-#include "worker/jobs/training_run.h"
+#include "worker/jobs/training/checkpoint_keeper.h"
+#include "worker/jobs/training/network_predictor.h"
+#include "worker/jobs/training/training_data_folder.h"
+#include "worker/jobs/training/training_run.h"
 
 namespace parallax {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "common/base/rng.h"
-#include "worker/layout/annealer.h"
-#include "worker/layout/room_shell.h"
+#include "worker/layout/anneal/annealer.h"
+#include "worker/layout/plan/room_shell.h"
 #include "worker/layout/small_things.h"
 
 namespace parallax {

@@ -9,9 +9,9 @@
 #include "common/base/ids.h"
 #include "parallax/v1/config.pb.h"
 #include "parallax/v1/scene.pb.h"
-#include "worker/layout/arrangement.h"
-#include "worker/layout/asset_pool.h"
-#include "worker/layout/fixtures.h"
+#include "worker/layout/anneal/arrangement.h"
+#include "worker/layout/anneal/asset_pool.h"
+#include "worker/layout/anneal/fixtures.h"
 
 namespace parallax {
 

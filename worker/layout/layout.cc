@@ -9,11 +9,11 @@
 
 #include "common/base/rng.h"
 #include "common/math/proto.h"
-#include "worker/layout/asset_pool.h"
-#include "worker/layout/fixtures.h"
+#include "worker/layout/anneal/asset_pool.h"
+#include "worker/layout/anneal/fixtures.h"
 #include "worker/layout/furnish.h"
-#include "worker/layout/house_plan.h"
-#include "worker/layout/room_shell.h"
+#include "worker/layout/plan/house_plan.h"
+#include "worker/layout/plan/room_shell.h"
 
 namespace parallax {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "worker/layout/annealer.h"
-#include "worker/layout/arrangement.h"
+#include "worker/layout/anneal/annealer.h"
+#include "worker/layout/anneal/arrangement.h"
 
 namespace parallax {
 

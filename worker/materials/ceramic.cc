@@ -1,8 +1,8 @@
 // Family `ceramic`: glazed and bare pottery, tiles with grout.
 #include <array>
 
-#include "worker/materials/families.h"
-#include "worker/materials/surface.h"
+#include "worker/materials/kernel/material_families.h"
+#include "worker/materials/kernel/surface.h"
 
 namespace parallax {
 namespace {

@@ -1,8 +1,8 @@
 // Family `plastic`: moulded colours; the mould's grain and years of use are what one sees.
 #include <array>
 
-#include "worker/materials/families.h"
-#include "worker/materials/surface.h"
+#include "worker/materials/kernel/material_families.h"
+#include "worker/materials/kernel/surface.h"
 
 namespace parallax {
 namespace {

@@ -2,8 +2,8 @@
 // renderer's `subsurface`.
 #include <array>
 
-#include "worker/materials/families.h"
-#include "worker/materials/surface.h"
+#include "worker/materials/kernel/material_families.h"
+#include "worker/materials/kernel/surface.h"
 
 namespace parallax {
 namespace {

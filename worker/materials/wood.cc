@@ -1,6 +1,6 @@
 // Family `wood`: boards of eight species, floor planks, herringbone parquet, plywood edges.
-#include "worker/materials/families.h"
-#include "worker/materials/wood_grain.h"
+#include "worker/materials/kernel/material_families.h"
+#include "worker/materials/kernel/wood_grain.h"
 
 namespace parallax {
 namespace {

@@ -10,7 +10,7 @@
 #include "parallax/v1/config.pb.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/geometry/scene_geometry.h"
-#include "worker/render/stereo_frame.h"
+#include "worker/render/camera/stereo_frame.h"
 
 namespace parallax {
 

@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "common/base/rng.h"
-#include "worker/materials/material.h"
-#include "worker/materials/picture_folder.h"
-#include "worker/materials/sets.h"
-#include "worker/materials/user_picture.h"
+#include "worker/materials/kernel/material.h"
+#include "worker/materials/kernel/sets.h"
+#include "worker/materials/pictures/picture_folder.h"
+#include "worker/materials/pictures/user_picture.h"
 #include "worker/scene/palettes.h"
-#include "worker/scene/types/types.h"
+#include "worker/scene/types/scene_types.h"
 
 namespace parallax {
 namespace {

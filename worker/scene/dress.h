@@ -16,7 +16,7 @@
 #include "parallax/v1/scene.pb.h"
 #include "worker/geometry/ray_scene.h"
 #include "worker/geometry/surroundings.h"
-#include "worker/layout/asset_pool.h"
+#include "worker/layout/anneal/asset_pool.h"
 #include "worker/scene/own_content.h"
 
 namespace parallax {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "worker/materials/material.h"
+#include "worker/materials/kernel/material.h"
 
 namespace parallax {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "common/base/rng.h"
-#include "worker/materials/environment_folder.h"
-#include "worker/materials/user_picture.h"
+#include "worker/materials/pictures/environment_folder.h"
+#include "worker/materials/pictures/user_picture.h"
 
 namespace parallax {
 namespace {

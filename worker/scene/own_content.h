@@ -9,8 +9,8 @@
 #include "common/base/status.h"
 #include "parallax/v1/config.pb.h"
 #include "parallax/v1/jobs.pb.h"
-#include "worker/assets/own_meshes.h"
-#include "worker/materials/texture_sets.h"
+#include "worker/assets/files/own_meshes.h"
+#include "worker/materials/pictures/texture_sets.h"
 
 namespace parallax {
 

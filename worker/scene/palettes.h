@@ -10,8 +10,8 @@
 #include "common/base/rng.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/geometry/mesh.h"
-#include "worker/materials/material.h"
-#include "worker/materials/picture_folder.h"
+#include "worker/materials/kernel/material.h"
+#include "worker/materials/pictures/picture_folder.h"
 
 namespace parallax {
 

@@ -1,7 +1,7 @@
 #include "worker/scene/scene_pictures.h"
 
-#include "worker/materials/picture_folder.h"
-#include "worker/materials/user_picture.h"
+#include "worker/materials/pictures/picture_folder.h"
+#include "worker/materials/pictures/user_picture.h"
 
 namespace parallax {
 

@@ -5,10 +5,10 @@
 
 #include "common/base/rng.h"
 #include "common/image/jpeg.h"
-#include "worker/render/exposure.h"
+#include "worker/render/film/exposure.h"
 #include "worker/sensor/mosaic.h"
-#include "worker/sensor/noise.h"
 #include "worker/sensor/optics.h"
+#include "worker/sensor/sensor_noise.h"
 
 namespace parallax {
 namespace {

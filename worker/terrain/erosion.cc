@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "common/base/rng.h"
-#include "worker/materials/noise.h"
+#include "worker/materials/kernel/noise.h"
 #include "worker/terrain/flow.h"
 
 namespace parallax {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "worker/materials/noise.h"
+#include "worker/materials/kernel/noise.h"
 
 namespace parallax {
 namespace {

@@ -8,7 +8,7 @@
 #include <queue>
 #include <utility>
 
-#include "worker/materials/noise.h"
+#include "worker/materials/kernel/noise.h"
 
 namespace parallax {
 namespace {

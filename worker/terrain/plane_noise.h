@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "common/math/types.h"
-#include "worker/materials/noise.h"
+#include "worker/materials/kernel/noise.h"
 
 namespace parallax {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/materials/noise.h"
+#include "worker/materials/kernel/noise.h"
 
 namespace parallax {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/materials/noise.h"
+#include "worker/materials/kernel/noise.h"
 #include "worker/terrain/plane_noise.h"
 
 namespace parallax {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "common/base/rng.h"
-#include "worker/materials/noise.h"
+#include "worker/materials/kernel/noise.h"
 #include "worker/terrain/flow.h"
 #include "worker/terrain/plane_noise.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "common/base/rng.h"
-#include "worker/materials/noise.h"
+#include "worker/materials/kernel/noise.h"
 #include "worker/terrain/plane_noise.h"
 
 namespace parallax {

@@ -13,7 +13,7 @@
 
 #include "common/base/status.h"
 #include "common/math/types.h"
-#include "worker/materials/dual.h"
+#include "worker/materials/kernel/dual.h"
 
 namespace parallax {
 

@@ -9,14 +9,14 @@
 #include <memory>
 #include <sstream>
 
-#include "common/base/file.h"
 #include "common/base/status.h"
+#include "common/base/system/file.h"
 #include "common/base/version.h"
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
-#include "worker/train/exchange_network.h"
-#include "worker/train/predictor.h"
-#include "worker/train/torchscript.h"
+#include "worker/train/network/exchange_network.h"
+#include "worker/train/network/torchscript.h"
+#include "worker/train/trained_predictor.h"
 #include "worker/train/training.h"
 
 namespace parallax {

@@ -10,13 +10,13 @@
 #include <filesystem>
 #include <optional>
 
-#include "common/base/file.h"
 #include "common/base/status.h"
+#include "common/base/system/file.h"
 #include "common/base/version.h"
-#include "worker/train/batch_loader.h"
-#include "worker/train/checkpoint.h"
-#include "worker/train/loss.h"
-#include "worker/train/predictor.h"
+#include "worker/train/data/batch_loader.h"
+#include "worker/train/network/checkpoint.h"
+#include "worker/train/network/loss.h"
+#include "worker/train/trained_predictor.h"
 
 namespace parallax {
 namespace {

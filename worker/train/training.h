@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "worker/train/settings.h"
-#include "worker/train/training_data.h"
+#include "worker/train/data/training_data.h"
+#include "worker/train/network/settings.h"
 
 namespace parallax {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "coordinator/client/text.h"
+#include "coordinator/client/views/text.h"
 
 namespace parallax::client {
 namespace {

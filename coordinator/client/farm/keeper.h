@@ -5,9 +5,9 @@
 #include <functional>
 #include <string>
 
-#include "common/base/clock.h"
 #include "common/base/status.h"
-#include "coordinator/client/farm/policy.h"
+#include "common/base/system/clock.h"
+#include "coordinator/client/farm/farm_policy.h"
 
 namespace parallax::client {
 

@@ -12,9 +12,9 @@
 #include <sstream>
 #include <thread>
 
-#include "common/base/child_process.h"
 #include "common/base/names.h"
-#include "coordinator/client/text.h"
+#include "common/base/system/child_process.h"
+#include "coordinator/client/views/text.h"
 
 namespace parallax::client {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/base/status.h"
-#include "coordinator/client/farm/policy.h"
+#include "coordinator/client/farm/farm_policy.h"
 
 namespace parallax::client {
 

@@ -10,9 +10,9 @@
 #include "common/base/ability_tags.h"
 #include "common/base/names.h"
 #include "common/base/status.h"
-#include "common/config/training.h"
+#include "common/config/training_plan.h"
+#include "coordinator/queue/commands/report_check.h"
 #include "coordinator/queue/kinds/folder_kind.h"
-#include "coordinator/queue/report_check.h"
 
 namespace parallax {
 namespace {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/queue/compress.h"
+#include "coordinator/queue/database/compress.h"
 #include "coordinator/queue/kinds/train_data.h"
 
 namespace parallax {

@@ -8,10 +8,10 @@
 #include "common/base/status.h"
 #include "common/config/frame_files.h"
 #include "common/config/frame_notes.h"
-#include "coordinator/queue/compress.h"
+#include "coordinator/queue/commands/report_check.h"
+#include "coordinator/queue/database/compress.h"
+#include "coordinator/queue/database/sqlite.h"
 #include "coordinator/queue/job_kind.h"
-#include "coordinator/queue/report_check.h"
-#include "coordinator/queue/sqlite.h"
 #include "coordinator/study/rigs.h"
 #include "parallax/v1/jobs.pb.h"
 

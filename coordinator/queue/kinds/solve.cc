@@ -8,10 +8,10 @@
 #include <cstring>
 
 #include "common/base/status.h"
-#include "common/config/rig_counts.h"
-#include "coordinator/queue/compress.h"
+#include "common/config/check/rig_counts.h"
+#include "coordinator/queue/database/compress.h"
+#include "coordinator/queue/database/sqlite.h"
 #include "coordinator/queue/job_kind.h"
-#include "coordinator/queue/sqlite.h"
 #include "coordinator/study/rigs.h"
 #include "parallax/v1/jobs.pb.h"
 

@@ -6,8 +6,8 @@
 
 #include "common/base/status.h"
 #include "common/config/frame_files.h"
-#include "coordinator/queue/report_check.h"
-#include "coordinator/queue/sqlite.h"
+#include "coordinator/queue/commands/report_check.h"
+#include "coordinator/queue/database/sqlite.h"
 
 namespace parallax {
 namespace {

@@ -18,9 +18,9 @@
 #include <filesystem>
 #include <thread>
 
-#include "common/base/file.h"
-#include "common/base/log.h"
 #include "common/base/status.h"
+#include "common/base/system/file.h"
+#include "common/base/system/log.h"
 #include "coordinator/queue/database_tools.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator_process.h"

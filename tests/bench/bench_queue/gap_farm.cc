@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
-#include "common/base/clock.h"
 #include "common/base/rng.h"
+#include "common/base/system/clock.h"
 #include "no_op.h"
 #include "samples.h"
 #include "tests/job_messages.h"

@@ -13,7 +13,7 @@
 #include "no_op.h"
 #include "parallax/v1/service.grpc.pb.h"
 #include "tests/job_messages.h"
-#include "worker/agent/work_session.h"
+#include "worker/agent/session/work_session.h"
 
 namespace parallax {
 namespace {

@@ -22,10 +22,10 @@
 #include "tests/bench/compare/plain_materials.h"
 #include "tests/bench/program_main.h"
 #include "tests/bench/render/load_scene.h"
-#include "worker/render/camera_rays.h"
-#include "worker/render/denoiser.h"
-#include "worker/render/light_table.h"
-#include "worker/render/path_tracer.h"
+#include "worker/render/camera/camera_rays.h"
+#include "worker/render/film/denoiser.h"
+#include "worker/render/lights/light_table.h"
+#include "worker/render/paths/path_tracer.h"
 #include "worker/render/renderer.h"
 
 namespace parallax {

@@ -7,8 +7,8 @@
 
 #include "common/math/proto.h"
 #include "tests/bench/compare/plain_materials.h"
-#include "worker/render/camera.h"
-#include "worker/render/sky.h"
+#include "worker/render/camera/camera.h"
+#include "worker/render/lights/sky.h"
 
 namespace parallax::bench {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "common/base/status.h"
 #include "parallax/v1/scene.pb.h"
-#include "worker/scene/scene_geometry.h"
+#include "worker/scene/build_geometry.h"
 
 namespace parallax::bench {
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/base/status.h"
-#include "worker/scene/scene_geometry.h"
+#include "worker/scene/build_geometry.h"
 
 namespace parallax::bench {
 

@@ -3,10 +3,10 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "common/base/clock.h"
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
 #include "common/image/io.h"
-#include "worker/dataset/frame_reader.h"
+#include "worker/dataset/frame/frame_reader.h"
 
 namespace parallax {
 namespace {

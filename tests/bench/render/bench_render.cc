@@ -18,20 +18,20 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "common/base/clock.h"
 #include "common/base/hash.h"
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
 #include "common/image/io.h"
 #include "tests/bench/program_main.h"
 #include "tests/bench/render/image_error.h"
 #include "tests/bench/render/load_scene.h"
 #include "tests/bench/render/where_time_goes.h"
-#include "worker/dataset/render_frames.h"
-#include "worker/render/exposure.h"
-#include "worker/render/profiles.h"
+#include "worker/dataset/frame/render_frames.h"
+#include "worker/render/film/exposure.h"
+#include "worker/render/paths/profiles.h"
 #include "worker/render/renderer.h"
+#include "worker/scene/build_geometry.h"
 #include "worker/scene/rigs/rig_camera.h"
-#include "worker/scene/scene_geometry.h"
 
 namespace parallax {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "common/config/config.h"
 #include "tests/bench/render/demo_room.h"
-#include "worker/scene/solve.h"
+#include "worker/scene/solve_scene.h"
 #include "worker/scene/upgrade.h"
 
 namespace parallax::bench {

@@ -9,11 +9,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include "common/base/memory_budget.h"
+#include "common/base/system/memory_budget.h"
 #include "tests/bench/program_main.h"
 #include "tests/worker/render/test_scenes.h"
 #include "worker/render/renderer.h"
-#include "worker/render/sampler.h"
+#include "worker/render/surface/sampler.h"
 
 namespace parallax {
 namespace {

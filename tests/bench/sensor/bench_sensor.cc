@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "common/config/config.h"
 #include "common/config/sensor_presets.h"
 #include "measure.h"
@@ -25,7 +25,7 @@
 #include "transfer_model.h"
 #include "worker/sensor/draw.h"
 #include "worker/sensor/mosaic.h"
-#include "worker/sensor/noise.h"
+#include "worker/sensor/sensor_noise.h"
 #include "worker/sensor/take_picture.h"
 
 namespace parallax {

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "worker/render/exposure.h"
+#include "worker/render/film/exposure.h"
 
 namespace parallax {
 namespace {

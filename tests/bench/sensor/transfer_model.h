@@ -4,7 +4,7 @@
 //   Source: EMVA Standard 1288, release 4.0, chapter 2.
 #pragma once
 
-#include "worker/sensor/noise.h"
+#include "worker/sensor/sensor_noise.h"
 
 namespace parallax {
 

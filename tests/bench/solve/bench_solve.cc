@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "common/base/clock.h"
+#include "common/base/system/clock.h"
 #include "common/config/config.h"
-#include "worker/scene/scene_geometry.h"
-#include "worker/scene/solve.h"
+#include "worker/scene/build_geometry.h"
+#include "worker/scene/solve_scene.h"
 
 namespace parallax {
 namespace {

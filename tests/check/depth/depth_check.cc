@@ -11,16 +11,16 @@
 #include <string>
 #include <vector>
 
-#include "common/base/clock.h"
+#include "common/base/system/clock.h"
 #include "common/config/config.h"
 #include "common/image/io.h"
 #include "common/math/proto.h"
-#include "worker/render/camera.h"
-#include "worker/render/ground_truth.h"
-#include "worker/render/render_scene.h"
+#include "worker/render/camera/camera.h"
 #include "worker/render/renderer.h"
-#include "worker/scene/scene_geometry.h"
-#include "worker/scene/solve.h"
+#include "worker/render/scene/render_scene.h"
+#include "worker/render/truth/ground_truth.h"
+#include "worker/scene/build_geometry.h"
+#include "worker/scene/solve_scene.h"
 
 namespace parallax {
 namespace {

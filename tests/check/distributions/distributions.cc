@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "tests/check/distributions/distribution_check.h"
+#include "tests/check/distributions/dataset_distributions.h"
 
 int main(int argc, char** argv) {
   const int scenes = argc > 1 ? std::atoi(argv[1]) : 10000;

@@ -18,9 +18,9 @@
 #include "common/image/jpeg.h"
 #include "common/math/stereo.h"
 #include "worker/render/renderer.h"
-#include "worker/scene/scene_geometry.h"
-#include "worker/scene/solve.h"
-#include "worker/scene/types/nature/arena.h"
+#include "worker/scene/build_geometry.h"
+#include "worker/scene/solve_scene.h"
+#include "worker/scene/types/nature/walk/arena.h"
 
 namespace parallax {
 namespace {

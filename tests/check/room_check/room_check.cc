@@ -20,11 +20,11 @@
 #include "common/config/config.h"
 #include "common/math/proto.h"
 #include "worker/geometry/ray_scene.h"
-#include "worker/layout/asset_pool.h"
+#include "worker/layout/anneal/asset_pool.h"
+#include "worker/layout/anneal/room_table.h"
 #include "worker/layout/layout.h"
-#include "worker/layout/room_shell.h"
-#include "worker/layout/room_table.h"
-#include "worker/layout/wall_frame.h"
+#include "worker/layout/plan/room_shell.h"
+#include "worker/layout/plan/wall_frame.h"
 
 namespace parallax {
 namespace {

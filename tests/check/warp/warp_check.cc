@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/status.h"
-#include "worker/dataset/contact_sheet.h"
-#include "worker/dataset/frame_reader.h"
-#include "worker/dataset/statistics.h"
+#include "worker/dataset/frame/frame_reader.h"
+#include "worker/dataset/frame/frame_statistics.h"
+#include "worker/dataset/sheets/contact_sheet.h"
 
 namespace parallax {
 namespace {

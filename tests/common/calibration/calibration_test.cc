@@ -6,7 +6,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 
 namespace parallax {
 namespace {

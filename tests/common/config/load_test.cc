@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "common/config/config.h"
 #include "parallax/v1/scene.pb.h"
 

@@ -2,8 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "common/config/check/rig_counts.h"
 #include "common/config/config.h"
-#include "common/config/rig_counts.h"
 
 namespace parallax {
 namespace {

@@ -10,8 +10,8 @@
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
-#include "common/base/file.h"
 #include "common/base/rng.h"
+#include "common/base/system/file.h"
 #include "common/image/jpeg.h"
 
 namespace parallax {

@@ -7,8 +7,8 @@
 
 #include <filesystem>
 
-#include "common/base/file.h"
 #include "common/base/status.h"
+#include "common/base/system/file.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "parallax/v1/service.grpc.pb.h"

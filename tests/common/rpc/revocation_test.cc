@@ -7,7 +7,7 @@
 
 #include <filesystem>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 
 namespace parallax {
 namespace {

@@ -10,7 +10,7 @@
 #include <atomic>
 #include <filesystem>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "tests/common/store/store_conformance.h"
 
 namespace parallax {

@@ -16,8 +16,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "common/base/file.h"
 #include "common/base/hash.h"
+#include "common/base/system/file.h"
 #include "tests/common/store/store_conformance.h"
 
 namespace parallax {

@@ -10,8 +10,8 @@
 #include <thread>
 #include <vector>
 
-#include "common/base/file.h"
 #include "common/base/hash.h"
+#include "common/base/system/file.h"
 #include "common/store/store.h"
 
 namespace parallax {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "coordinator/client/exit_code.h"
-#include "tests/coordinator/client/fake_coordinator.h"
+#include "tests/coordinator/client/canned_coordinator.h"
 #include "tests/job_messages.h"
 
 namespace parallax::client {

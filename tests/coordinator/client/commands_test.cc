@@ -7,11 +7,11 @@
 #include <fstream>
 #include <sstream>
 
-#include "common/base/cores.h"
+#include "common/base/system/cores.h"
 #include "common/image/io.h"
 #include "tests/coordinator/client/command_test.h"
 #include "worker/assets/asset.h"
-#include "worker/materials/material.h"
+#include "worker/materials/kernel/material.h"
 
 namespace parallax::client {
 namespace {

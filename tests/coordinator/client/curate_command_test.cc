@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "coordinator/client/exit_code.h"
-#include "tests/coordinator/client/fake_coordinator.h"
+#include "tests/coordinator/client/canned_coordinator.h"
 #include "tests/worker/dataset/synthetic_archive.h"
 #include "tests/worker/evaluate/test_tree.h"
 #include "worker/evaluate/benchmarks/frame_truth.h"

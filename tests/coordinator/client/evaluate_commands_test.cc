@@ -9,7 +9,7 @@
 
 #include "common/image/jpeg.h"
 #include "coordinator/client/exit_code.h"
-#include "tests/coordinator/client/fake_coordinator.h"
+#include "tests/coordinator/client/canned_coordinator.h"
 #include "tests/worker/dataset/synthetic_archive.h"
 #include "tests/worker/evaluate/test_tree.h"
 

@@ -14,10 +14,10 @@
 
 #include "common/base/status.h"
 #include "coordinator/client/exit_code.h"
+#include "coordinator/client/farm/farm_policy.h"
 #include "coordinator/client/farm/keeper.h"
-#include "coordinator/client/farm/policy.h"
 #include "coordinator/client/farm/slurm.h"
-#include "tests/coordinator/client/fake_coordinator.h"
+#include "tests/coordinator/client/canned_coordinator.h"
 #include "tests/job_messages.h"
 
 namespace parallax::client {

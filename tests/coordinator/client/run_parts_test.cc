@@ -10,12 +10,12 @@
 #include <sstream>
 
 #include "common/config/config.h"
-#include "coordinator/client/embedded_coordinator.h"
-#include "coordinator/client/embedded_run.h"
+#include "coordinator/client/content/study_options.h"
 #include "coordinator/client/exit_code.h"
 #include "coordinator/client/interrupt.h"
-#include "coordinator/client/run_report.h"
-#include "coordinator/client/study_options.h"
+#include "coordinator/client/runs/embedded_coordinator.h"
+#include "coordinator/client/runs/embedded_run.h"
+#include "coordinator/client/views/run_report.h"
 
 namespace parallax::client {
 namespace {

@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "common/base/names.h"
-#include "coordinator/client/study_view.h"
+#include "coordinator/client/views/study_view.h"
 #include "tests/coordinator/client/command_test.h"
 
 namespace parallax::client {

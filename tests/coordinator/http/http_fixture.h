@@ -13,7 +13,7 @@
 #include <sstream>
 #include <string>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "common/image/io.h"
 #include "common/store/store.h"
 #include "coordinator/http/http_server.h"

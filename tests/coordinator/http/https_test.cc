@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <sstream>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "coordinator/http/http_server.h"
 #include "coordinator/init.h"
 #include "coordinator/queue/job_queue.h"

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "coordinator/http/credentials.h"
-#include "coordinator/queue/farm_history.h"
+#include "coordinator/queue/reads/farm_history.h"
 #include "tests/coordinator/queue/queue_fixture.h"
 
 namespace parallax {

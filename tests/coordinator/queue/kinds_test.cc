@@ -2,7 +2,7 @@
 #include <filesystem>
 #include <regex>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "coordinator/queue/job_kind.h"
 #include "queue_fixture.h"
 #include "tests/noop/noop_kind.h"

@@ -5,8 +5,8 @@
 #include <map>
 #include <sstream>
 
-#include "coordinator/queue/database_file.h"
-#include "coordinator/queue/migrations.h"
+#include "coordinator/queue/database/database_file.h"
+#include "coordinator/queue/database/migrations.h"
 #include "queue_fixture.h"
 
 namespace parallax {

@@ -7,11 +7,11 @@
 #include <thread>
 
 #include "common/base/status.h"
-#include "coordinator/queue/auditor.h"
-#include "coordinator/queue/database_file.h"
+#include "coordinator/queue/database/database_file.h"
+#include "coordinator/queue/database/migrations.h"
 #include "coordinator/queue/database_tools.h"
-#include "coordinator/queue/ledger.h"
-#include "coordinator/queue/migrations.h"
+#include "coordinator/queue/reads/auditor.h"
+#include "coordinator/queue/tables/ledger.h"
 #include "queue_fixture.h"
 
 namespace parallax {

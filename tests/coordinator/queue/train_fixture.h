@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/base/ability_tags.h"
-#include "common/config/training.h"
+#include "common/config/training_plan.h"
 #include "coordinator/queue/job_queue.h"
 #include "parallax/v1/train.pb.h"
 #include "tests/coordinator/queue/queue_fixture.h"

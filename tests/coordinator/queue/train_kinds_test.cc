@@ -3,7 +3,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "common/config/limits.h"
+#include "common/config/check/limits.h"
 #include "common/rpc/endpoint.h"
 #include "train_fixture.h"
 

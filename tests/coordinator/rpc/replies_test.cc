@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "common/base/names.h"
-#include "coordinator/queue/compress.h"
+#include "coordinator/queue/database/compress.h"
 #include "server_fixture.h"
 
 namespace parallax {

@@ -11,8 +11,8 @@
 
 #include "common/base/hash.h"
 #include "common/base/names.h"
+#include "common/config/check/limits.h"
 #include "common/config/config.h"
-#include "common/config/limits.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "common/store/content.h"

@@ -12,10 +12,10 @@
 
 #include "common/config/config.h"
 #include "common/image/io.h"
-#include "worker/dataset/drawing.h"
+#include "worker/dataset/sheets/drawing.h"
 #include "worker/render/renderer.h"
-#include "worker/scene/scene_geometry.h"
-#include "worker/scene/solve.h"
+#include "worker/scene/build_geometry.h"
+#include "worker/scene/solve_scene.h"
 
 namespace parallax {
 namespace {

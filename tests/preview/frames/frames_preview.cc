@@ -9,14 +9,14 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "common/base/clock.h"
-#include "common/base/log.h"
 #include "common/base/rng.h"
+#include "common/base/system/clock.h"
+#include "common/base/system/log.h"
 #include "common/config/config.h"
-#include "worker/dataset/archive.h"
-#include "worker/dataset/contact_sheet.h"
-#include "worker/dataset/render_job.h"
-#include "worker/scene/solve.h"
+#include "worker/dataset/archive/archive.h"
+#include "worker/dataset/frame/render_job.h"
+#include "worker/dataset/sheets/contact_sheet.h"
+#include "worker/scene/solve_scene.h"
 
 namespace parallax {
 namespace {

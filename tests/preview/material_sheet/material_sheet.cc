@@ -6,9 +6,9 @@
 #include <iostream>
 
 #include "common/image/io.h"
-#include "worker/materials/noise.h"
-#include "worker/materials/stroke_font.h"
-#include "worker/materials/surface.h"
+#include "worker/materials/kernel/noise.h"
+#include "worker/materials/kernel/stroke_font.h"
+#include "worker/materials/kernel/surface.h"
 
 namespace parallax {
 namespace {

@@ -13,10 +13,10 @@
 #include "common/math/proto.h"
 #include "tests/bench/render/image_error.h"
 #include "worker/assets/detail.h"
-#include "worker/render/exposure.h"
+#include "worker/render/film/exposure.h"
 #include "worker/render/renderer.h"
+#include "worker/scene/build_geometry.h"
 #include "worker/scene/choose_materials.h"
-#include "worker/scene/scene_geometry.h"
 
 namespace parallax {
 namespace {

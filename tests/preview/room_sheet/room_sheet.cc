@@ -13,8 +13,8 @@
 #include "common/math/proto.h"
 #include "worker/geometry/ray_scene.h"
 #include "worker/render/renderer.h"
-#include "worker/scene/scene_geometry.h"
-#include "worker/scene/solve.h"
+#include "worker/scene/build_geometry.h"
+#include "worker/scene/solve_scene.h"
 
 namespace parallax {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "common/base/status.h"
 #include "parallax/v1/jobs.pb.h"
-#include "worker/agent/job_handler.h"
+#include "worker/agent/attempts/job_handler.h"
 
 namespace parallax {
 

@@ -4,8 +4,8 @@
 
 #include "tests/worker/assets/open_edges.h"
 #include "worker/assets/kernel/builder.h"
-#include "worker/assets/kernel/noise.h"
 #include "worker/assets/kernel/primitives.h"
+#include "worker/assets/kernel/shape_noise.h"
 #include "worker/assets/kernel/soft.h"
 #include "worker/assets/kernel/sweep.h"
 

@@ -4,11 +4,11 @@
 
 #include <filesystem>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "tests/worker/assets/own_files.h"
-#include "worker/assets/glb_check.h"
-#include "worker/assets/mesh_file.h"
-#include "worker/assets/ply_check.h"
+#include "worker/assets/files/glb_check.h"
+#include "worker/assets/files/mesh_file.h"
+#include "worker/assets/files/ply_check.h"
 
 namespace parallax {
 namespace {

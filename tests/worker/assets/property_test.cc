@@ -7,7 +7,7 @@
 #include "tests/worker/assets/solid_checks.h"
 #include "worker/assets/asset.h"
 #include "worker/assets/detail.h"
-#include "worker/materials/material.h"
+#include "worker/materials/kernel/material.h"
 
 namespace parallax {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tests/worker/assets/open_edges.h"
-#include "worker/assets/kernel/detail.h"
+#include "worker/assets/kernel/detail_scope.h"
 #include "worker/assets/kernel/primitives.h"
 
 namespace parallax::kernel {

@@ -7,7 +7,7 @@
 #include <iostream>
 
 #include "tests/worker/dataset/synthetic_archive.h"
-#include "worker/dataset/export.h"
+#include "worker/dataset/export/export.h"
 
 int main(int argc, char** argv) {
   if (argc != 2) {

@@ -9,8 +9,8 @@
 #include "common/config/config.h"
 #include "common/config/sensor_presets.h"
 #include "tests/worker/dataset/synthetic_scene.h"
-#include "worker/dataset/archive.h"
-#include "worker/dataset/frame_writer.h"
+#include "worker/dataset/archive/archive.h"
+#include "worker/dataset/frame/frame_writer.h"
 
 namespace parallax {
 namespace {

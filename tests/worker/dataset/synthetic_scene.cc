@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "common/math/sequence.h"
-#include "worker/render/exposure.h"
-#include "worker/render/flow.h"
+#include "worker/render/film/exposure.h"
+#include "worker/render/truth/optical_flow.h"
 
 namespace parallax {
 namespace {

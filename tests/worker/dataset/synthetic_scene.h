@@ -4,7 +4,7 @@
 #pragma once
 
 #include "parallax/v1/scene.pb.h"
-#include "worker/render/stereo_frame.h"
+#include "worker/render/camera/stereo_frame.h"
 
 namespace parallax {
 

@@ -3,7 +3,7 @@
 
 #include "tests/worker/evaluate/test_tree.h"
 #include "worker/evaluate/benchmark.h"
-#include "worker/evaluate/evaluate.h"
+#include "worker/evaluate/evaluation.h"
 
 namespace parallax {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <fstream>
 
-#include "common/base/file.h"
 #include "common/base/status.h"
+#include "common/base/system/file.h"
 #include "tests/worker/dataset/synthetic_archive.h"
 #include "tests/worker/evaluate/test_tree.h"
 #include "worker/evaluate/benchmarks/frame_truth.h"

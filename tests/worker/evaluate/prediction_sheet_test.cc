@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/worker/evaluate/test_tree.h"
-#include "worker/dataset/drawing.h"
-#include "worker/evaluate/evaluate.h"
+#include "worker/dataset/sheets/drawing.h"
+#include "worker/evaluate/evaluation.h"
 #include "worker/evaluate/group_errors.h"
 
 namespace parallax {

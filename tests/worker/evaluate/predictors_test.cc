@@ -9,7 +9,7 @@
 
 #include "tests/worker/evaluate/test_tree.h"
 #include "worker/evaluate/benchmark.h"
-#include "worker/evaluate/evaluate.h"
+#include "worker/evaluate/evaluation.h"
 #include "worker/evaluate/predictors/fill_holes.h"
 #include "worker/evaluate/predictors/predictor.h"
 #include "worker/evaluate/predictors/run_command.h"

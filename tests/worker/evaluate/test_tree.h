@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "common/image/io.h"
-#include "worker/dataset/plain_formats.h"
+#include "worker/dataset/frame/plain_formats.h"
 
 namespace parallax {
 

@@ -3,9 +3,9 @@
 #include "common/base/hash.h"
 #include "common/image/io.h"
 #include "tests/worker/jobs/job_fixture.h"
-#include "worker/agent/failure.h"
-#include "worker/evaluate/evaluate.h"
-#include "worker/jobs/ability_tags.h"
+#include "worker/agent/attempts/failure.h"
+#include "worker/evaluate/evaluation.h"
+#include "worker/jobs/offered_tags.h"
 
 namespace parallax {
 namespace {

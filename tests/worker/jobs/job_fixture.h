@@ -10,8 +10,8 @@
 #include <memory>
 #include <string>
 
-#include "common/base/file.h"
 #include "common/base/status.h"
+#include "common/base/system/file.h"
 #include "common/store/store.h"
 #include "parallax/v1/train.pb.h"
 #include "tests/worker/dataset/synthetic_archive.h"

@@ -4,7 +4,7 @@
 
 #include "common/base/hash.h"
 #include "tests/worker/jobs/job_fixture.h"
-#include "worker/agent/failure.h"
+#include "worker/agent/attempts/failure.h"
 
 namespace parallax {
 namespace {

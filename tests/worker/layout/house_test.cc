@@ -5,12 +5,12 @@
 #include <set>
 
 #include "common/config/config.h"
-#include "worker/layout/floor_plan.h"
 #include "worker/layout/furnish.h"
-#include "worker/layout/house_plan.h"
 #include "worker/layout/layout.h"
-#include "worker/layout/room_shell.h"
-#include "worker/layout/wall_frame.h"
+#include "worker/layout/plan/floor_plan.h"
+#include "worker/layout/plan/house_plan.h"
+#include "worker/layout/plan/room_shell.h"
+#include "worker/layout/plan/wall_frame.h"
 
 namespace parallax {
 namespace {

@@ -7,8 +7,8 @@
 #include "common/config/config.h"
 #include "common/math/proto.h"
 #include "worker/geometry/ray_scene.h"
-#include "worker/layout/asset_pool.h"
-#include "worker/layout/room_shell.h"
+#include "worker/layout/anneal/asset_pool.h"
+#include "worker/layout/plan/room_shell.h"
 
 namespace parallax {
 namespace {

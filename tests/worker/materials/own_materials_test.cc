@@ -7,10 +7,10 @@
 
 #include <filesystem>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "common/image/io.h"
-#include "worker/materials/pbr_material.h"
-#include "worker/materials/texture_sets.h"
+#include "worker/materials/pictures/pbr_material.h"
+#include "worker/materials/pictures/texture_sets.h"
 
 namespace parallax {
 namespace {

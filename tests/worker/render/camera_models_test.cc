@@ -7,12 +7,12 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "common/calibration/calibration.h"
 #include "tests/worker/render/test_scenes.h"
-#include "worker/render/ground_truth.h"
-#include "worker/render/raw_pair.h"
 #include "worker/render/renderer.h"
+#include "worker/render/truth/ground_truth.h"
+#include "worker/render/truth/raw_pair.h"
 
 namespace parallax {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "tests/worker/render/test_scenes.h"
-#include "worker/render/path_tracer.h"
+#include "worker/render/paths/path_tracer.h"
 
 namespace parallax::test {
 

@@ -8,14 +8,14 @@
 #include <atomic>
 #include <cmath>
 
-#include "common/base/clock.h"
-#include "common/base/memory_budget.h"
 #include "common/base/rng.h"
+#include "common/base/system/clock.h"
+#include "common/base/system/memory_budget.h"
 #include "tests/worker/render/render_frame.h"
-#include "worker/render/exposure.h"
-#include "worker/render/profiles.h"
-#include "worker/render/render_scene.h"
-#include "worker/render/sampling.h"
+#include "worker/render/film/exposure.h"
+#include "worker/render/paths/profiles.h"
+#include "worker/render/scene/render_scene.h"
+#include "worker/render/surface/sampling.h"
 
 namespace parallax {
 namespace {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/worker/render/radiance.h"
-#include "worker/render/scatter.h"
+#include "worker/render/paths/scattering.h"
 
 namespace parallax {
 namespace {

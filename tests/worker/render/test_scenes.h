@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "common/base/cancel.h"
-#include "common/base/clock.h"
+#include "common/base/system/clock.h"
 #include "common/image/image.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/geometry/scene_geometry.h"
-#include "worker/materials/material.h"
+#include "worker/materials/kernel/material.h"
 
 namespace parallax::test {
 

@@ -8,8 +8,8 @@
 
 #include "common/config/config.h"
 #include "worker/assets/asset.h"
-#include "worker/materials/material.h"
-#include "worker/scene/place_floating.h"
+#include "worker/materials/kernel/material.h"
+#include "worker/scene/floating/place_floating.h"
 
 namespace parallax {
 namespace {

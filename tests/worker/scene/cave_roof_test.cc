@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "worker/geometry/ray_scene.h"
-#include "worker/scene/types/nature/recipe.h"
-#include "worker/scene/types/nature/roof.h"
+#include "worker/scene/types/nature/ground/roof.h"
+#include "worker/scene/types/nature/rules/recipe.h"
 #include "worker/terrain/landforms.h"
 
 namespace parallax {

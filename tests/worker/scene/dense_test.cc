@@ -7,9 +7,9 @@
 #include "common/math/proto.h"
 #include "worker/assets/asset.h"
 #include "worker/geometry/triangle_tree.h"
-#include "worker/scene/scene_geometry.h"
-#include "worker/scene/solve.h"
-#include "worker/scene/warp.h"
+#include "worker/scene/build_geometry.h"
+#include "worker/scene/floating/warp.h"
+#include "worker/scene/solve_scene.h"
 
 namespace parallax {
 namespace {

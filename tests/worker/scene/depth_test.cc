@@ -10,9 +10,9 @@
 #include "common/math/proto.h"
 #include "common/math/stereo.h"
 #include "worker/geometry/ray_scene.h"
-#include "worker/scene/scene_geometry.h"
-#include "worker/scene/solve.h"
-#include "worker/scene/types/types.h"
+#include "worker/scene/build_geometry.h"
+#include "worker/scene/solve_scene.h"
+#include "worker/scene/types/scene_types.h"
 
 namespace parallax {
 namespace {

@@ -13,11 +13,11 @@
 #include "common/math/stereo.h"
 #include "tests/worker/scene/small_land.h"
 #include "worker/scene/dress.h"
-#include "worker/scene/types/nature/arena.h"
-#include "worker/scene/types/nature/biomes.h"
-#include "worker/scene/types/nature/expand.h"
+#include "worker/scene/types/nature/ground/expand.h"
 #include "worker/scene/types/nature/nature.h"
-#include "worker/scene/types/nature/recipe.h"
+#include "worker/scene/types/nature/rules/biomes.h"
+#include "worker/scene/types/nature/rules/recipe.h"
+#include "worker/scene/types/nature/walk/arena.h"
 #include "worker/terrain/landforms.h"
 
 namespace parallax {

@@ -14,13 +14,13 @@
 #include "common/math/proto.h"
 #include "common/math/stereo.h"
 #include "common/math/sun.h"
-#include "worker/scene/scene_geometry.h"
-#include "worker/scene/solve.h"
-#include "worker/scene/types/nature/arena.h"
-#include "worker/scene/types/nature/biomes.h"
-#include "worker/scene/types/nature/expand.h"
-#include "worker/scene/types/nature/recipe.h"
-#include "worker/scene/types/nature/sight.h"
+#include "worker/scene/build_geometry.h"
+#include "worker/scene/solve_scene.h"
+#include "worker/scene/types/nature/ground/expand.h"
+#include "worker/scene/types/nature/rules/biomes.h"
+#include "worker/scene/types/nature/rules/recipe.h"
+#include "worker/scene/types/nature/walk/arena.h"
+#include "worker/scene/types/nature/walk/sight.h"
 
 namespace parallax {
 namespace {

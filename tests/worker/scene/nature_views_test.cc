@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "tests/worker/scene/small_land.h"
-#include "worker/scene/types/nature/views.h"
+#include "worker/scene/types/nature/ground/views.h"
 
 namespace parallax {
 namespace {

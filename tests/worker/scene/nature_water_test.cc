@@ -12,13 +12,13 @@
 #include "common/config/config.h"
 #include "common/math/stereo.h"
 #include "worker/geometry/ray_scene.h"
-#include "worker/scene/scene_geometry.h"
-#include "worker/scene/solve.h"
-#include "worker/scene/types/nature/beach_tint.h"
-#include "worker/scene/types/nature/biomes.h"
-#include "worker/scene/types/nature/expand.h"
+#include "worker/scene/build_geometry.h"
+#include "worker/scene/solve_scene.h"
+#include "worker/scene/types/nature/ground/beach_tint.h"
+#include "worker/scene/types/nature/ground/expand.h"
 #include "worker/scene/types/nature/nature.h"
-#include "worker/scene/types/nature/recipe.h"
+#include "worker/scene/types/nature/rules/biomes.h"
+#include "worker/scene/types/nature/rules/recipe.h"
 
 namespace parallax {
 namespace {

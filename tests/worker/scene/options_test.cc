@@ -6,12 +6,12 @@
 
 #include "common/image/io.h"
 #include "worker/assets/asset.h"
-#include "worker/materials/picture_folder.h"
-#include "worker/materials/user_picture.h"
+#include "worker/materials/pictures/picture_folder.h"
+#include "worker/materials/pictures/user_picture.h"
+#include "worker/scene/build_geometry.h"
 #include "worker/scene/choose_materials.h"
+#include "worker/scene/floating/place_floating.h"
 #include "worker/scene/glass_parts.h"
-#include "worker/scene/place_floating.h"
-#include "worker/scene/scene_geometry.h"
 #include "worker/scene/scene_pictures.h"
 
 namespace parallax {

@@ -8,17 +8,17 @@
 #include <map>
 #include <set>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "common/config/config.h"
 #include "common/image/io.h"
 #include "common/math/proto.h"
 #include "tests/worker/assets/own_files.h"
-#include "worker/materials/environment_folder.h"
-#include "worker/materials/user_picture.h"
-#include "worker/scene/floating_choice.h"
+#include "worker/materials/pictures/environment_folder.h"
+#include "worker/materials/pictures/user_picture.h"
+#include "worker/scene/build_geometry.h"
+#include "worker/scene/floating/floating_choice.h"
 #include "worker/scene/own_furniture.h"
-#include "worker/scene/scene_geometry.h"
-#include "worker/scene/solve.h"
+#include "worker/scene/solve_scene.h"
 
 namespace parallax {
 namespace {

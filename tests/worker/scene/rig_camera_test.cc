@@ -8,7 +8,7 @@
 
 #include "common/config/config.h"
 #include "common/math/raw_rig.h"
-#include "worker/scene/solve.h"
+#include "worker/scene/solve_scene.h"
 
 namespace parallax {
 namespace {

@@ -10,8 +10,8 @@
 #include "common/math/sequence.h"
 #include "common/math/stereo.h"
 #include "worker/geometry/ray_scene.h"
-#include "worker/scene/scene_geometry.h"
-#include "worker/scene/solve.h"
+#include "worker/scene/build_geometry.h"
+#include "worker/scene/solve_scene.h"
 
 namespace parallax {
 namespace {

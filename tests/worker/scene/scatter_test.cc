@@ -1,4 +1,4 @@
-#include "worker/scene/types/nature/scatter.h"
+#include "worker/scene/types/nature/ground/scatter.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include <limits>
 
 #include "tests/worker/scene/small_land.h"
-#include "worker/scene/types/nature/recipe.h"
+#include "worker/scene/types/nature/rules/recipe.h"
 
 namespace parallax {
 namespace {

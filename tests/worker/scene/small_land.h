@@ -5,7 +5,7 @@
 
 #include "common/math/stereo.h"
 #include "parallax/v1/scene.pb.h"
-#include "worker/scene/types/nature/recipe.h"
+#include "worker/scene/types/nature/rules/recipe.h"
 
 namespace parallax {
 

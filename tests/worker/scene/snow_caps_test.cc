@@ -1,10 +1,10 @@
-#include "worker/scene/types/nature/snow_caps.h"
+#include "worker/scene/types/nature/ground/snow_caps.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "worker/assets/nature/ground.h"
+#include "worker/assets/nature/ground_cover.h"
 #include "worker/assets/nature/trees.h"
 
 namespace parallax {

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "common/config/config.h"
-#include "worker/scene/solve.h"
+#include "worker/scene/solve_scene.h"
 
 namespace parallax {
 namespace {

@@ -1,5 +1,3 @@
-#include "worker/scene/types/types.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,10 +5,11 @@
 
 #include "common/config/config.h"
 #include "common/math/proto.h"
+#include "worker/scene/build_geometry.h"
 #include "worker/scene/dress.h"
-#include "worker/scene/scene_geometry.h"
-#include "worker/scene/solve.h"
+#include "worker/scene/solve_scene.h"
 #include "worker/scene/types/indoor/house.h"
+#include "worker/scene/types/scene_types.h"
 
 namespace parallax {
 namespace {

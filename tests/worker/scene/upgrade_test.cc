@@ -6,12 +6,12 @@
 
 #include <set>
 
-#include "common/base/file.h"
+#include "common/base/system/file.h"
 #include "common/config/config.h"
-#include "worker/layout/room_shell.h"
-#include "worker/scene/scene_geometry.h"
-#include "worker/scene/solve.h"
-#include "worker/scene/types/types.h"
+#include "worker/layout/plan/room_shell.h"
+#include "worker/scene/build_geometry.h"
+#include "worker/scene/solve_scene.h"
+#include "worker/scene/types/scene_types.h"
 
 #pragma GCC diagnostic ignored "-Wdeprecated-declarations"
 

@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "common/base/rng.h"
-#include "worker/render/exposure.h"
+#include "worker/render/film/exposure.h"
 
 namespace parallax {
 namespace {

@@ -12,12 +12,12 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "common/base/file.h"
 #include "common/base/hash.h"
+#include "common/base/system/file.h"
 #include "tests/worker/dataset/synthetic_archive.h"
-#include "worker/train/checkpoint.h"
-#include "worker/train/predictor.h"
-#include "worker/train/torchscript.h"
+#include "worker/train/network/checkpoint.h"
+#include "worker/train/network/torchscript.h"
+#include "worker/train/trained_predictor.h"
 
 namespace parallax {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "worker/assets/kernel/detail.h"
+#include "worker/assets/kernel/detail_scope.h"
 
 namespace parallax::kernel {
 namespace {

@@ -1,9 +1,9 @@
 // Soft objects: cushions, pillows, draped cloth. Closed solids, texture in metres of cloth.
 #pragma once
 
-#include "worker/assets/kernel/noise.h"
 #include "worker/assets/kernel/primitives.h"
 #include "worker/assets/kernel/shape.h"
+#include "worker/assets/kernel/shape_noise.h"
 
 namespace parallax::kernel {
 

@@ -8,7 +8,7 @@
 #include <map>
 #include <memory>
 
-#include "worker/assets/kernel/detail.h"
+#include "worker/assets/kernel/detail_scope.h"
 
 namespace parallax::kernel {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/kernel/detail.h"
+#include "worker/assets/kernel/detail_scope.h"
 
 namespace parallax::kernel {
 namespace {

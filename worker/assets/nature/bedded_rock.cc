@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "common/base/mix_bits.h"
-#include "worker/assets/kernel/detail.h"
+#include "worker/assets/kernel/detail_scope.h"
 #include "worker/assets/parts.h"
 
 namespace parallax {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/base/rng.h"
-#include "worker/assets/kernel/noise.h"
+#include "worker/assets/kernel/shape_noise.h"
 #include "worker/geometry/mesh.h"
 
 namespace parallax {

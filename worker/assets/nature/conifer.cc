@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/nature/detail.h"
+#include "worker/assets/nature/plant_detail.h"
+#include "worker/assets/nature/tree_wood.h"
 #include "worker/assets/nature/trees.h"
-#include "worker/assets/nature/wood.h"
 #include "worker/assets/parts.h"
 
 namespace parallax {

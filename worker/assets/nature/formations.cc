@@ -3,11 +3,11 @@
 #include <cmath>
 #include <vector>
 
-#include "worker/assets/kernel/detail.h"
+#include "worker/assets/kernel/detail_scope.h"
 #include "worker/assets/nature/bedded_rock.h"
-#include "worker/assets/nature/detail.h"
-#include "worker/assets/nature/ground.h"
+#include "worker/assets/nature/ground_cover.h"
 #include "worker/assets/nature/limb.h"
+#include "worker/assets/nature/plant_detail.h"
 #include "worker/assets/parts.h"
 
 namespace parallax {

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/nature/detail.h"
-#include "worker/assets/nature/ground.h"
+#include "worker/assets/nature/ground_cover.h"
 #include "worker/assets/nature/limb.h"
+#include "worker/assets/nature/plant_detail.h"
 #include "worker/assets/parts.h"
 
 namespace parallax {

@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/kernel/detail.h"
-#include "worker/assets/nature/detail.h"
-#include "worker/assets/nature/ground.h"
+#include "worker/assets/kernel/detail_scope.h"
+#include "worker/assets/nature/ground_cover.h"
 #include "worker/assets/nature/limb.h"
+#include "worker/assets/nature/plant_detail.h"
 #include "worker/assets/parts.h"
-#include "worker/assets/plant_growth.h"
+#include "worker/assets/plants/plant_growth.h"
 
 namespace parallax {
 namespace {

@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-#include "worker/assets/kernel/detail.h"
-#include "worker/assets/nature/ground.h"
+#include "worker/assets/kernel/detail_scope.h"
+#include "worker/assets/nature/ground_cover.h"
 #include "worker/assets/nature/limb.h"
 #include "worker/assets/parts.h"
 

@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/nature/detail.h"
-#include "worker/assets/nature/ground.h"
+#include "worker/assets/nature/ground_cover.h"
+#include "worker/assets/nature/plant_detail.h"
 #include "worker/assets/nature/skeleton.h"
-#include "worker/assets/nature/wood.h"
+#include "worker/assets/nature/tree_wood.h"
 #include "worker/assets/parts.h"
 
 namespace parallax {

@@ -3,8 +3,8 @@
 #include <filesystem>
 
 #include "common/base/hash.h"
+#include "worker/evaluate/benchmarks/benchmark_layout.h"
 #include "worker/evaluate/benchmarks/kinds.h"
-#include "worker/evaluate/benchmarks/layout.h"
 #include "worker/evaluate/disparity_files.h"
 
 namespace parallax {

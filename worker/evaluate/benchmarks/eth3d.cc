@@ -1,6 +1,6 @@
 // ETH3D low-resolution two-view, training pairs.
+#include "worker/evaluate/benchmarks/benchmark_layout.h"
 #include "worker/evaluate/benchmarks/kinds.h"
-#include "worker/evaluate/benchmarks/layout.h"
 
 namespace parallax {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "worker/evaluate/benchmarks/benchmark_layout.h"
 #include "worker/evaluate/benchmarks/kinds.h"
-#include "worker/evaluate/benchmarks/layout.h"
 
 namespace parallax {
 namespace {

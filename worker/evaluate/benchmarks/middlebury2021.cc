@@ -1,6 +1,6 @@
 // Middlebury 2021 (taken with a mobile device). It ships no masks of what is occluded.
+#include "worker/evaluate/benchmarks/benchmark_layout.h"
 #include "worker/evaluate/benchmarks/kinds.h"
-#include "worker/evaluate/benchmarks/layout.h"
 
 namespace parallax {
 namespace {

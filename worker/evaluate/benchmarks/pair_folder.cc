@@ -3,8 +3,8 @@
 #include <map>
 
 #include "common/base/status.h"
+#include "worker/evaluate/benchmarks/benchmark_layout.h"
 #include "worker/evaluate/benchmarks/kinds.h"
-#include "worker/evaluate/benchmarks/layout.h"
 
 namespace parallax {
 namespace {

@@ -4,11 +4,11 @@
 #include <filesystem>
 #include <sstream>
 
-#include "common/base/file.h"
 #include "common/base/status.h"
+#include "common/base/system/file.h"
 #include "common/image/io.h"
+#include "worker/evaluate/benchmarks/benchmark_layout.h"
 #include "worker/evaluate/benchmarks/kinds.h"
-#include "worker/evaluate/benchmarks/layout.h"
 #include "worker/evaluate/disparity_files.h"
 #include "worker/evaluate/visibility.h"
 

@@ -1,8 +1,8 @@
 // The real pair that a package ships: Middlebury 2014's Motorcycle at quarter size, from
 // scikit-image.
 #include "common/base/status.h"
+#include "worker/evaluate/benchmarks/benchmark_layout.h"
 #include "worker/evaluate/benchmarks/kinds.h"
-#include "worker/evaluate/benchmarks/layout.h"
 #include "worker/evaluate/disparity_files.h"
 
 namespace parallax {

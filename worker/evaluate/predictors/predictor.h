@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "common/base/cancel.h"
-#include "common/base/clock.h"
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
 
 namespace parallax {
 

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <thread>
 
-#include "common/base/child_process.h"
+#include "common/base/system/child_process.h"
 
 namespace parallax {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "common/base/cancel.h"
-#include "common/base/clock.h"
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
 
 namespace parallax {
 

@@ -1,6 +1,6 @@
 // Halls: what stands in rooms of a hundred square metres. Several groups instead of one, most of
 // them free on the floor, in rows where halls have rows.
-#include "worker/layout/room_table.h"
+#include "worker/layout/anneal/room_table.h"
 
 namespace parallax {
 namespace {

@@ -1,4 +1,4 @@
-#include "worker/layout/room_table.h"
+#include "worker/layout/anneal/room_table.h"
 
 namespace parallax {
 

@@ -15,13 +15,13 @@
 #include "common/config/config.h"
 #include "common/math/proto.h"
 #include "worker/scene/choose_materials.h"
-#include "worker/scene/floating_choice.h"
+#include "worker/scene/floating/floating_choice.h"
+#include "worker/scene/floating/place_floating.h"
+#include "worker/scene/floating/warp.h"
 #include "worker/scene/glass_parts.h"
-#include "worker/scene/place_floating.h"
 #include "worker/scene/rigs/keyframes.h"
 #include "worker/scene/rigs/rig_camera.h"
 #include "worker/scene/types/dense/street.h"
-#include "worker/scene/warp.h"
 
 namespace parallax {
 namespace {

@@ -4,7 +4,7 @@
 // from addresses of its own, so more rigs only add keyframes.
 #pragma once
 
-#include "worker/scene/types/types.h"
+#include "worker/scene/types/scene_types.h"
 
 namespace parallax {
 

@@ -6,7 +6,7 @@
 
 #include "common/config/config.h"
 #include "common/math/stereo.h"
-#include "worker/layout/part_builder.h"
+#include "worker/layout/plan/part_builder.h"
 #include "worker/scene/rigs/keyframes.h"
 #include "worker/scene/rigs/rig_camera.h"
 

@@ -9,8 +9,8 @@
 #include "parallax/v1/config.pb.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/geometry/mesh.h"
+#include "worker/scene/floating/place_floating.h"
 #include "worker/scene/palettes.h"
-#include "worker/scene/place_floating.h"
 
 namespace parallax {
 

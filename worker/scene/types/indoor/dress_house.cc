@@ -4,7 +4,7 @@
 #include <set>
 
 #include "common/math/proto.h"
-#include "worker/layout/room_shell.h"
+#include "worker/layout/plan/room_shell.h"
 #include "worker/scene/choose_materials.h"
 #include "worker/scene/glass_parts.h"
 #include "worker/scene/own_furniture.h"

@@ -3,7 +3,7 @@
 
 #include "parallax/v1/scene.pb.h"
 #include "worker/geometry/surroundings.h"
-#include "worker/scene/types/types.h"
+#include "worker/scene/types/scene_types.h"
 
 namespace parallax {
 

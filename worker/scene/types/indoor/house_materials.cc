@@ -2,7 +2,7 @@
 
 #include <fmt/core.h>
 
-#include "worker/layout/room_shell.h"
+#include "worker/layout/plan/room_shell.h"
 #include "worker/scene/types/indoor/room_materials.h"
 
 namespace parallax {

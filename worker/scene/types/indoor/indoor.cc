@@ -1,7 +1,7 @@
 #include "worker/scene/types/indoor/indoor.h"
 
 #include "common/base/status.h"
-#include "worker/layout/room_shell.h"
+#include "worker/layout/plan/room_shell.h"
 #include "worker/scene/types/indoor/dress_house.h"
 #include "worker/scene/types/indoor/house.h"
 #include "worker/scene/types/indoor/landscape.h"

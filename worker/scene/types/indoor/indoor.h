@@ -1,7 +1,7 @@
 // Indoor scenes: houses of furnished rooms, seen from the first room.
 #pragma once
 
-#include "worker/scene/types/types.h"
+#include "worker/scene/types/scene_types.h"
 
 namespace parallax {
 

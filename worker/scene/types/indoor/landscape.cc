@@ -7,9 +7,9 @@
 #include "common/base/rng.h"
 #include "common/math/proto.h"
 #include "common/math/stereo.h"
-#include "worker/layout/wall_frame.h"
-#include "worker/scene/types/nature/house_land.h"
-#include "worker/scene/types/nature/land_materials.h"
+#include "worker/layout/plan/wall_frame.h"
+#include "worker/scene/types/nature/ground/land_materials.h"
+#include "worker/scene/types/nature/rules/house_land.h"
 
 namespace parallax {
 namespace {

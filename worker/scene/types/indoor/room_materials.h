@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "worker/materials/material.h"
+#include "worker/materials/kernel/material.h"
 
 namespace parallax {
 

@@ -8,7 +8,7 @@
 
 #include "common/math/stereo.h"
 #include "worker/scene/types/nature/nature.h"
-#include "worker/scene/types/nature/recipe.h"
+#include "worker/scene/types/nature/rules/recipe.h"
 
 namespace parallax {
 namespace {

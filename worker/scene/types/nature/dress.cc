@@ -11,10 +11,10 @@
 #include "common/config/config.h"
 #include "common/math/proto.h"
 #include "common/math/sun.h"
-#include "worker/scene/types/nature/land_materials.h"
+#include "worker/scene/types/nature/ground/land_materials.h"
 #include "worker/scene/types/nature/nature.h"
-#include "worker/scene/types/nature/recipe.h"
-#include "worker/scene/types/nature/sight.h"
+#include "worker/scene/types/nature/rules/recipe.h"
+#include "worker/scene/types/nature/walk/sight.h"
 
 namespace parallax {
 namespace {

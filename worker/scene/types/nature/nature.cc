@@ -9,12 +9,12 @@
 #include <utility>
 
 #include "common/base/status.h"
-#include "worker/scene/types/nature/biomes.h"
-#include "worker/scene/types/nature/expand.h"
-#include "worker/scene/types/nature/ground.h"
-#include "worker/scene/types/nature/prototypes.h"
-#include "worker/scene/types/nature/recipe.h"
-#include "worker/scene/types/nature/water_surface.h"
+#include "worker/scene/types/nature/ground/expand.h"
+#include "worker/scene/types/nature/ground/ground.h"
+#include "worker/scene/types/nature/ground/prototypes.h"
+#include "worker/scene/types/nature/ground/water_surface.h"
+#include "worker/scene/types/nature/rules/biomes.h"
+#include "worker/scene/types/nature/rules/recipe.h"
 
 namespace parallax {
 namespace {

@@ -1,7 +1,7 @@
 // Scenes of the type nature: landscapes seen from a walk.
 #pragma once
 
-#include "worker/scene/types/types.h"
+#include "worker/scene/types/scene_types.h"
 
 namespace parallax {
 

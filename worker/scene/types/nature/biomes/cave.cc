@@ -2,7 +2,7 @@
 
 #include "worker/scene/types/nature/biomes/shared.h"
 #include "worker/scene/types/nature/nature.h"
-#include "worker/scene/types/nature/recipe.h"
+#include "worker/scene/types/nature/rules/recipe.h"
 
 namespace parallax {
 namespace {

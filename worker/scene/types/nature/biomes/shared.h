@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "worker/scene/types/nature/layer_writer.h"
+#include "worker/scene/types/nature/rules/layer_writer.h"
 
 namespace parallax {
 

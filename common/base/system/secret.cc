@@ -1,0 +1,29 @@
+#include "common/base/system/secret.h"
+
+#include <sys/random.h>
+
+#include <cerrno>
+
+#include "common/base/hash.h"
+
+namespace parallax {
+
+absl::StatusOr<std::string> NewSecret() {
+  unsigned char bytes[16];
+  if (getrandom(bytes, sizeof bytes, 0) != sizeof bytes) return ErrnoError(errno, "random number");
+  std::string hex;
+  for (const unsigned char byte : bytes) {
+    hex += "0123456789abcdef"[byte >> 4];
+    hex += "0123456789abcdef"[byte & 15];
+  }
+  return hex;
+}
+
+bool SameSecret(std::string_view a, std::string_view b) {
+  const Sha256Digest one = Sha256Of(a), other = Sha256Of(b);
+  unsigned difference = 0;
+  for (size_t i = 0; i < one.size(); ++i) difference |= one[i] ^ other[i];
+  return difference == 0;
+}
+
+}  // namespace parallax

@@ -1,0 +1,237 @@
+#include "common/config/yaml/yaml_reader.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "common/config/check/checks.h"
+#include "common/config/check/field_rules.h"
+#include "common/config/check/limits.h"
+#include "common/config/sensor_presets.h"
+#include "common/config/yaml/yaml_distribution.h"
+
+namespace parallax::config_internal {
+namespace {
+
+using google::protobuf::EnumValueDescriptor;
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+using google::protobuf::Reflection;
+
+// Whether a map of weights gives any a number above 0. Then it names all that are wanted.
+bool NamesAny(const YAML::Node& weights) {
+  if (!weights.IsMap()) return false;
+  return std::any_of(weights.begin(), weights.end(),
+                     [](const auto& entry) { return PlainNumber(entry.second).value_or(0) > 0; });
+}
+
+void ForbidAll(v1::BiomeWeights* weights) {
+  const google::protobuf::Descriptor& type = *weights->GetDescriptor();
+  for (int i = 0; i < type.field_count(); ++i) {
+    weights->GetReflection()->SetDouble(weights, type.field(i), 0);
+  }
+}
+
+}  // namespace
+
+void YamlReader::Note(const YAML::Node& node, const std::string& path) {
+  if (origins_ != nullptr) origins_->Set(path.substr(prefix_), OriginOf(node, path));
+}
+
+void YamlReader::Merge(const YAML::Node& node, Message* message, const std::string& path,
+                       Origins* origins) {
+  origins_ = origins;
+  prefix_ = path.empty() ? 0 : path.size() + 1;
+  MergeFields(node, message, path);
+  origins_ = nullptr;
+}
+
+void YamlReader::MergeFields(const YAML::Node& node, Message* message, const std::string& path) {
+  const auto& type = *message->GetDescriptor();
+  if (auto* sensor = dynamic_cast<v1::SensorConfig*>(message); sensor != nullptr && node.IsMap()) {
+    // Before the fields beside it, wherever it stands among them.
+    if (const YAML::Node preset = node["preset"]; preset && preset.IsScalar()) {
+      TakeSensorPreset(preset.Scalar(), sensor);
+    }
+  }
+  for (const auto& [name, value] : Entries(node, path)) {
+    if (errors().enough()) return;
+    if (const FieldDescriptor* field = type.FindFieldByName(name)) {
+      Set(value, Dotted(path, name), *field, message);
+      continue;
+    }
+    const std::vector<std::string> known = FieldNames(type);
+    UnknownField(value, path, name, known);
+    if (const std::string meant = NearestName(name, known); !meant.empty()) {
+      CheckMeant(value, path, meant, *message);
+    }
+  }
+  // Entries reports a list of maps; the fields in it are checked nevertheless.
+  for (size_t i = 0; node.IsSequence() && i < node.size() && !errors().enough(); ++i) {
+    if (node[i].IsMap()) MergeFields(node[i], message, path);
+  }
+}
+
+void YamlReader::CheckMeant(const YAML::Node& node, const std::string& path,
+                            const std::string& meant, const Message& message) {
+  const std::unique_ptr<Message> scratch(message.New());
+  Origins own_origins;
+  Origins* const outer = std::exchange(origins_, &own_origins);
+  Set(node, Dotted(path, meant), *message.GetDescriptor()->FindFieldByName(meant), scratch.get());
+  origins_ = outer;
+  Findings findings;
+  CheckFields(*scratch, path.size() < prefix_ ? "" : path.substr(prefix_), &findings);
+  errors().AddFindings(findings, own_origins, file());
+}
+
+void YamlReader::Set(const YAML::Node& node, const std::string& path, const FieldDescriptor& field,
+                     Message* message) {
+  Note(node, path);
+  if (field.is_repeated()) {
+    SetList(node, path, field, message);
+  } else {
+    SetField(node, path, field, message);
+  }
+}
+
+template <typename Whole>
+std::optional<int64_t> YamlReader::ReadWhole(const YAML::Node& node, const std::string& path,
+                                             const v1::FieldRule& rule) {
+  using Limits = std::numeric_limits<Whole>;
+  const int64_t min = rule.has_min() ? static_cast<int64_t>(rule.min()) : Limits::min();
+  const int64_t max = rule.has_max() ? static_cast<int64_t>(rule.max()) : Limits::max();
+  return ReadInt(node, path, min, max, rule.unit());
+}
+
+void YamlReader::SetField(const YAML::Node& node, const std::string& path,
+                          const FieldDescriptor& field, Message* message) {
+  const Reflection& reflection = *message->GetReflection();
+  const v1::FieldRule& rule = RuleOf(field);
+  if (IsDistribution(field)) {
+    if (const auto distribution = ReadDistribution(node, path, rule, *this)) {
+      reflection.MutableMessage(message, &field)->CopyFrom(*distribution);
+    }
+    return;
+  }
+  switch (field.cpp_type()) {
+    case FieldDescriptor::CPPTYPE_MESSAGE: {
+      Message* const group = reflection.MutableMessage(message, &field);
+      auto* biomes = dynamic_cast<v1::BiomeWeights*>(group);
+      if (biomes != nullptr && NamesAny(node)) ForbidAll(biomes);
+      MergeFields(node, group, path);
+      break;
+    }
+    case FieldDescriptor::CPPTYPE_ENUM:
+      if (const auto* value = ReadEnum(node, path, field)) {
+        reflection.SetEnum(message, &field, value);
+      }
+      break;
+    case FieldDescriptor::CPPTYPE_BOOL:
+      if (const auto value = ReadBool(node, path)) reflection.SetBool(message, &field, *value);
+      break;
+    case FieldDescriptor::CPPTYPE_DOUBLE:
+      if (const auto value = ReadNumber(node, path, rule)) {
+        reflection.SetDouble(message, &field, *value);
+      }
+      break;
+    case FieldDescriptor::CPPTYPE_INT32:
+      if (const auto value = ReadWhole<int32_t>(node, path, rule)) {
+        reflection.SetInt32(message, &field, static_cast<int32_t>(*value));
+      }
+      break;
+    case FieldDescriptor::CPPTYPE_INT64:
+      if (const auto value = ReadWhole<int64_t>(node, path, rule)) {
+        reflection.SetInt64(message, &field, *value);
+      }
+      break;
+    case FieldDescriptor::CPPTYPE_UINT64:
+      if (const auto value = ReadUint64(node, path)) {
+        reflection.SetUInt64(message, &field, *value);
+      }
+      break;
+    case FieldDescriptor::CPPTYPE_STRING:
+      if (const auto value = ReadText(node, path)) {
+        reflection.SetString(message, &field, *value);
+      }
+      break;
+    default:
+      Error(node, path, "this field can't be given in a file");
+  }
+}
+
+const EnumValueDescriptor* YamlReader::ReadEnum(const YAML::Node& node, const std::string& path,
+                                                const FieldDescriptor& field) {
+  const std::vector<std::string> names = EnumTexts(field);
+  if (node.IsScalar() && std::count(names.begin(), names.end(), node.Scalar()) > 0) {
+    for (int i = 0; i < field.enum_type()->value_count(); ++i) {
+      const EnumValueDescriptor* const value = field.enum_type()->value(i);
+      if (EnumText(*value) == node.Scalar()) return value;
+    }
+  }
+  Error(node, path,
+        Seen(node) + " is not known" + (node.IsScalar() ? NearestHint(node.Scalar(), names) : "") +
+            " (allowed: " + JoinNames(names) + ")");
+  return nullptr;
+}
+
+void YamlReader::SetMessages(const YAML::Node& node, const std::string& path,
+                             const FieldDescriptor& field, Message* message) {
+  if (!node.IsSequence()) {
+    Error(node, path,
+          Seen(node) + ", allowed is a list of {" + JoinNames(FieldNames(*field.message_type())) +
+              "}");
+    return;
+  }
+  const Reflection& reflection = *message->GetReflection();
+  reflection.ClearField(message, &field);
+  for (size_t i = 0; i < node.size(); ++i) {
+    const std::string item_path = fmt::format("{}[{}]", path, i);
+    Note(node[i], item_path);
+    Message* item = reflection.AddMessage(message, &field);
+    if (i > kMaxListItems) continue;  // Can only be too many.
+    MergeFields(node[i], item, item_path);
+  }
+}
+
+void YamlReader::SetList(const YAML::Node& node, const std::string& path,
+                         const FieldDescriptor& field, Message* message) {
+  const v1::FieldRule& rule = RuleOf(field);
+  if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+    SetMessages(node, path, field, message);
+    return;
+  }
+  const bool numbers = field.cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE;
+  if (!node.IsSequence() || (!numbers && field.cpp_type() != FieldDescriptor::CPPTYPE_STRING)) {
+    Error(node, path, Seen(node) + ", allowed is a list of " + (numbers ? "numbers" : "texts"));
+    return;
+  }
+  if (static_cast<int>(node.size()) < rule.min_items()) {
+    Error(node, path,
+          fmt::format("an empty list, allowed is at least {}{}", rule.min_items(),
+                      rule.allowed_size() > 0
+                          ? " of " + JoinNames({rule.allowed().begin(), rule.allowed().end()})
+                          : ""));
+    return;
+  }
+  const Reflection& reflection = *message->GetReflection();
+  reflection.ClearField(message, &field);
+  std::vector<std::string> values;
+  for (size_t i = 0; i < node.size(); ++i) {
+    const std::string item_path = fmt::format("{}[{}]", path, i);
+    Note(node[i], item_path);
+    if (numbers) {
+      const std::optional<double> value = ReadNumber(node[i], item_path, rule);
+      if (value) reflection.AddDouble(message, &field, *value);
+      continue;
+    }
+    // A wrong item keeps its place, so later items are reported with their index in the file.
+    values.push_back(ReadText(node[i], item_path).value_or(""));
+  }
+  for (std::string& value : values) reflection.AddString(message, &field, std::move(value));
+}
+
+}  // namespace parallax::config_internal

@@ -1,0 +1,59 @@
+// Inner part of common/config: fills a message from a YAML tree by reflection and collects the
+// errors of values that don't fit their field's type. Whether a field may have a value is checked
+// later by checks.h; the origins that the reader notes give its findings their file and line.
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "common/config/yaml/yaml_values.h"
+#include "parallax/v1/config.pb.h"
+
+namespace parallax::config_internal {
+
+// Fills messages from the tree of one file, and notes where their values stand. Not thread-safe.
+class YamlReader : public YamlValues {
+ public:
+  using YamlValues::YamlValues;
+
+  // Sets the fields of `message` that `node`, a map at `path` of the file, names. Nested messages
+  // merge field by field; all other values replace. Notes the places of values in `origins`, unless
+  // it is null.
+  void Merge(const YAML::Node& node, google::protobuf::Message* message, const std::string& path,
+             Origins* origins = nullptr);
+
+  // Notes the place of `node` in the origins of the Merge that goes on.
+  void Note(const YAML::Node& node, const std::string& path);
+
+ private:
+  void MergeFields(const YAML::Node& node, google::protobuf::Message* message,
+                   const std::string& path);
+  // Checks the value of an unknown field by the rule of the known field that its name was probably
+  // meant to be.
+  void CheckMeant(const YAML::Node& node, const std::string& path, const std::string& meant,
+                  const google::protobuf::Message& message);
+  void Set(const YAML::Node& node, const std::string& path,
+           const google::protobuf::FieldDescriptor& field, google::protobuf::Message* message);
+  void SetField(const YAML::Node& node, const std::string& path,
+                const google::protobuf::FieldDescriptor& field, google::protobuf::Message* message);
+  // Returns null for a name that the enum has not, which is then an error.
+  const google::protobuf::EnumValueDescriptor* ReadEnum(
+      const YAML::Node& node, const std::string& path,
+      const google::protobuf::FieldDescriptor& field);
+  template <typename Whole>
+  std::optional<int64_t> ReadWhole(const YAML::Node& node, const std::string& path,
+                                   const v1::FieldRule& rule);
+  void SetMessages(const YAML::Node& node, const std::string& path,
+                   const google::protobuf::FieldDescriptor& field,
+                   google::protobuf::Message* message);
+  void SetList(const YAML::Node& node, const std::string& path,
+               const google::protobuf::FieldDescriptor& field, google::protobuf::Message* message);
+
+  Origins* origins_ = nullptr;  // During Merge.
+  size_t prefix_ = 0;           // Length of the path of the message that Merge fills.
+};
+
+}  // namespace parallax::config_internal

@@ -1,0 +1,77 @@
+#include "coordinator/client/command.h"
+
+#include <nlohmann/json.hpp>
+
+namespace parallax::client {
+
+absl::StatusOr<std::unique_ptr<Connection>> Session::Connect() const {
+  ASSIGN_OR_RETURN(const RpcSecurity security,
+                   MakeRpcSecurity(options.insecure, options.tls_dir, *environment.clock));
+  return Connection::Open(options.coordinator, security);
+}
+
+void Session::PrintJson(const nlohmann::ordered_json& json, bool one_line) const {
+  // Text from outside may not be UTF-8: shown with a replacement character rather than not at all.
+  *out().stream << json.dump(one_line ? -1 : 2, ' ', false,
+                             nlohmann::ordered_json::error_handler_t::replace)
+                << "\n"
+                << std::flush;
+}
+
+void Session::PrintError(const std::string& message) const {
+  *err().stream << err().Paint(Tone::kBad, "error:") << " " << message << "\n" << std::flush;
+}
+
+void Session::PrintNote(const std::string& message) const {
+  *err().stream << err().Paint(Tone::kWarning, "note:") << " " << message << "\n" << std::flush;
+}
+
+absl::Status Session::Confirm(const std::string& what, bool yes) const {
+  if (yes) return absl::OkStatus();
+  std::istream* answers = environment.answers;
+  if (answers != nullptr && err().interactive) {
+    *err().stream << what << "; go on? [y/N] " << std::flush;
+    std::string answer;
+    std::getline(*answers, answer);
+    if (answer == "y" || answer == "Y" || answer == "yes") return absl::OkStatus();
+  }
+  return FailedPrecondition("{}; --yes goes on nevertheless", what);
+}
+
+CLI::App* Registry::AddCommand(CLI::App& parent, const std::string& name,
+                               const std::string& description, const std::string& footer) {
+  CLI::App* command = parent.add_subcommand(name, description);
+  command->footer(footer);
+  command->group("Commands");
+  return command;
+}
+
+void Registry::SetAction(CLI::App* command, Action action) {
+  command->callback([command, this_chosen = &chosen, action = std::move(action)] {
+    // CLI11 calls back a given subcommand before its parent, whose action must not replace it.
+    if (command->get_subcommands().empty()) *this_chosen = action;
+  });
+}
+
+void Registry::AddJsonOption(CLI::App* command) {
+  command->add_flag("--json", options.json, "JSON on standard output, for scripts");
+}
+
+void Registry::AddConnectionOptions(CLI::App* command) {
+  AddJsonOption(command);
+  command
+      ->add_option("--coordinator", options.coordinator,
+                   "HOST:PORT or unix:/PATH (default $PARALLAX_COORDINATOR or 127.0.0.1:7070)")
+      ->type_name("ADDR")
+      ->group("Connection");
+  command
+      ->add_option("--tls", options.tls_dir,
+                   "Folder with your certificate, as `coordinator init` makes it (default "
+                   "$PARALLAX_TLS)")
+      ->type_name("DIR")
+      ->group("Connection");
+  command->add_flag("--insecure", options.insecure, "Reach another machine without encryption")
+      ->group("Connection");
+}
+
+}  // namespace parallax::client

@@ -1,0 +1,80 @@
+// audit: who did what.
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "common/rpc/certificate.h"
+#include "coordinator/client/command.h"
+#include "coordinator/client/views/text.h"
+#include "coordinator/client/views/text_table.h"
+
+namespace parallax::client {
+namespace {
+
+struct AuditOptions {
+  std::string study;
+  int limit = 100;
+};
+
+nlohmann::ordered_json EntryJson(const v1::AuditEntry& entry) {
+  nlohmann::ordered_json json = {{"id", entry.id()},       {"unix_s", entry.unix_s()},
+                                 {"actor", entry.actor()}, {"action", entry.action()},
+                                 {"study_id", nullptr},    {"detail", entry.detail()}};
+  if (entry.study_id() != 0) json["study_id"] = entry.study_id();
+  return json;
+}
+
+absl::StatusOr<ExitCode> Audit(const AuditOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  v1::ListAuditRequest request;
+  request.set_limit(options.limit);
+  int64_t number = 0;
+  const std::string& text = options.study;
+  if (const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+      error == std::errc() && end == text.data() + text.size()) {
+    request.set_study_id(number);  // It may be a forgotten one.
+  } else if (!text.empty()) {
+    ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(options.study));
+    request.set_study_id(study.study_id());
+  }
+  ASSIGN_OR_RETURN(const v1::ListAuditReply reply, connection->ListAudit(request));
+  if (session.options.json) {
+    nlohmann::ordered_json json = {{"entries", nlohmann::ordered_json::array()}};
+    for (const v1::AuditEntry& entry : reply.entries()) json["entries"].push_back(EntryJson(entry));
+    session.PrintJson(json);
+    return kExitOk;
+  }
+  if (reply.entries_size() == 0) {
+    *session.out().stream << "nothing has been done yet\n";
+    return kExitOk;
+  }
+  Table table({{"WHEN (UTC)"}, {"ACTION"}, {"STUDY", Align::kRight}, {"WHO"}, {"DETAIL"}});
+  for (const v1::AuditEntry& entry : reply.entries()) {
+    table.AddRow({DateAndTimeOf(entry.unix_s()), entry.action(),
+                  entry.study_id() == 0 ? "" : std::to_string(entry.study_id()), entry.actor(),
+                  FirstLine(entry.detail())});
+  }
+  table.Print(session.out());
+  return kExitOk;
+}
+
+}  // namespace
+
+void RegisterAudit(Registry& registry) {
+  CLI::App* command = registry.AddCommand(
+      registry.app, "audit", "Who submitted, cancelled, paused... the newest first",
+      "The coordinator's table of it can only grow. With TLS it is the "
+      "operator's to read.\n"
+      "\n"
+      "Examples:\n"
+      "  parallax audit\n"
+      "  parallax audit baseline --json\n");
+  auto options = std::make_shared<AuditOptions>();
+  command->add_option("STUDY", options->study, "Id or name: only what was done to it");
+  command->add_option("-n,--limit", options->limit, "At most so many (default 100)")
+      ->check(CLI::Range(1, 10000));
+  command->group(kCoordinatorCommands);
+  registry.AddConnectionOptions(command);
+  registry.SetAction(command, [options](Session& session) { return Audit(*options, session); });
+}
+
+}  // namespace parallax::client

@@ -1,0 +1,161 @@
+// jobs: what a study's work consists of, and where it is.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "coordinator/client/command.h"
+#include "coordinator/client/views/progress_view.h"
+#include "coordinator/client/views/study_view.h"
+#include "coordinator/client/views/text.h"
+#include "coordinator/client/views/text_table.h"
+
+namespace parallax::client {
+namespace {
+
+struct JobsOptions {
+  std::string study;
+  std::string state;
+  int limit = 50;
+  bool all = false;
+};
+
+constexpr const char* kStates[] = {"blocked",  "ready",  "leased",      "retry_wait", "succeeded",
+                                   "rejected", "failed", "quarantined", "cancelled"};
+
+Tone ToneOf(const std::string& state) {
+  if (state == "SUCCEEDED") return Tone::kGood;
+  if (state == "FAILED" || state == "QUARANTINED") return Tone::kBad;
+  if (state == "LEASED") return Tone::kAccent;
+  if (state == "RETRY_WAIT" || state == "REJECTED" || state == "CANCELLED") return Tone::kWarning;
+  return Tone::kPlain;
+}
+
+// "0-3,7": rigs of a job, in order.
+std::string RigRanges(const v1::JobStatus& job) {
+  std::string text;
+  for (int i = 0; i < job.rigs_size();) {
+    int j = i;
+    while (j + 1 < job.rigs_size() && job.rigs(j + 1) == job.rigs(j) + 1) ++j;
+    text += fmt::format("{}{}", text.empty() ? "" : ",", job.rigs(i));
+    if (j > i) text += fmt::format("-{}", job.rigs(j));
+    i = j + 1;
+  }
+  return text;
+}
+
+nlohmann::ordered_json JobJson(const v1::JobStatus& job) {
+  using Json = nlohmann::ordered_json;
+  return {{"job_id", job.job_id()},
+          {"kind", job.kind()},
+          {"state", LowerName(job.state())},
+          {"variant", job.variant()},
+          {"scene", HasScene(job) ? Json(job.scene()) : Json(nullptr)},
+          {"rigs", std::vector<uint32_t>(job.rigs().begin(), job.rigs().end())},
+          {"attempts", job.attempts()},
+          {"worker", job.worker()},
+          {"fraction", job.fraction()},
+          {"stage", job.stage()},
+          {"error", job.error()},
+          {"label", job.label()},
+          {"figures", std::map<std::string, double>(job.figures().begin(), job.figures().end())},
+          {"log_tail", job.log_tail()}};
+}
+
+void PrintTable(const v1::ListJobsReply& reply, const Session& session) {
+  Table table({{"JOB", Align::kRight},
+               {"KIND"},
+               {"STATE"},
+               {"VARIANT"},
+               {"SCENE", Align::kRight},
+               {"RIGS"},
+               {"TRIES", Align::kRight},
+               {"WORKER"},
+               {"DETAIL"}});
+  for (const v1::JobStatus& job : reply.jobs()) {
+    std::string detail = FirstLine(job.error());
+    if (job.state() == "LEASED") detail = DescribeProgress(job);
+    if (!job.label().empty()) detail = job.label() + (detail.empty() ? "" : ": ") + detail;
+    table.AddRow({std::to_string(job.job_id()), job.kind(),
+                  session.out().Paint(ToneOf(job.state()), LowerName(job.state())), job.variant(),
+                  job.label().empty() && HasScene(job) ? std::to_string(job.scene()) : "-",
+                  RigRanges(job), std::to_string(job.attempts()), job.worker(), detail});
+  }
+  table.Print(session.out());
+}
+
+// The ends of failed programs' logs, below the table.
+void PrintLogs(const v1::ListJobsReply& reply, const Session& session) {
+  constexpr int kMostLogs = 3;
+  int shown = 0;
+  for (const v1::JobStatus& job : reply.jobs()) {
+    if (job.log_tail().empty() || shown == kMostLogs) continue;
+    ++shown;
+    std::ostream& out = *session.out().stream;
+    out << "\nThe end of the log of job " << job.job_id()
+        << (job.label().empty() ? "" : " (" + job.label() + ")") << ":\n";
+    std::istringstream lines(job.log_tail());
+    for (std::string line; std::getline(lines, line);) out << "  " << line << "\n";
+  }
+}
+
+absl::StatusOr<ExitCode> Jobs(const JobsOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(options.study));
+  v1::ListJobsRequest request;
+  request.set_study_id(study.study_id());
+  request.set_limit(options.all ? std::numeric_limits<int32_t>::max() : options.limit);
+  request.set_state(options.state);
+  for (char& c : *request.mutable_state()) c = static_cast<char>(std::toupper(c));
+  ASSIGN_OR_RETURN(const v1::ListJobsReply reply, connection->ListJobs(request));
+  if (session.options.json) {
+    nlohmann::ordered_json json = {{"study_id", study.study_id()},
+                                   {"jobs", nlohmann::ordered_json::array()}};
+    for (const v1::JobStatus& job : reply.jobs()) json["jobs"].push_back(JobJson(job));
+    session.PrintJson(json);
+    return kExitOk;
+  }
+  if (reply.jobs_size() == 0) {
+    *session.out().stream << "study " << study.study_id() << " has no "
+                          << (options.state.empty() ? "" : options.state + " ") << "jobs\n";
+    return kExitOk;
+  }
+  PrintTable(reply, session);
+  PrintLogs(reply, session);
+  if (!options.all && reply.jobs_size() == options.limit) {
+    session.PrintNote(
+        fmt::format("the first {}; --limit shows more, --all shows all", options.limit));
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void RegisterJobs(Registry& registry) {
+  CLI::App* command = registry.AddCommand(
+      registry.app, "jobs", "The jobs of a study: state, worker, progress, error",
+      "States: blocked, ready, leased, retry_wait, succeeded, rejected, failed, quarantined,\n"
+      "cancelled.\n"
+      "\n"
+      "Examples:\n"
+      "  parallax jobs baseline --state failed\n"
+      "  parallax jobs 3 --state leased --json\n"
+      "  parallax jobs 3 --all --json | jq '[.jobs[].attempts] | add'\n");
+  auto options = std::make_shared<JobsOptions>();
+  command->add_option("STUDY", options->study, "Id, or name (the newest of that name)")->required();
+  command->add_option("--state", options->state, "Only jobs in this state")
+      ->type_name("STATE")
+      ->check(CLI::IsMember(std::vector<std::string>(std::begin(kStates), std::end(kStates)),
+                            CLI::ignore_case));
+  command->add_option("--limit", options->limit, "At most so many (default 50)")
+      ->check(CLI::Range(1, 10'000'000));
+  command->add_flag("--all", options->all, "All of them");
+  command->group(kCoordinatorCommands);
+  registry.AddConnectionOptions(command);
+  registry.SetAction(command, [options](Session& session) { return Jobs(*options, session); });
+}
+
+}  // namespace parallax::client

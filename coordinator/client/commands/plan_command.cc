@@ -1,0 +1,188 @@
+// plan: what a study will take, before it is submitted.
+#include <istream>
+#include <nlohmann/json.hpp>
+
+#include "common/base/system/cores.h"
+#include "coordinator/client/command.h"
+#include "coordinator/client/content/study_options.h"
+#include "coordinator/client/runs/plan.h"
+#include "coordinator/client/runs/submit_study.h"
+#include "coordinator/client/views/text.h"
+#include "coordinator/client/views/text_table.h"
+#include "coordinator/study/expansion.h"
+
+namespace parallax::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct PlanOptions {
+  StudyOptions study;
+  std::string from;
+  int cores = UsableCores();
+  bool yes = false;
+};
+
+Json RowJson(const PlanRow& row) {
+  return {{"name", row.name},
+          {"pairs", row.pairs},
+          {"scenes", row.scenes},
+          {"solve_jobs", row.solve_jobs},
+          {"render_jobs", row.render_jobs},
+          {"layouts_shared", row.layouts_shared},
+          {"scenes_shared", row.scenes_shared},
+          {"pairs_shared", row.pairs_shared},
+          {"solve_core_hours", row.solve_core_s / 3600},
+          {"render_core_hours", row.render_core_s / 3600},
+          {"core_hours", (row.solve_core_s + row.render_core_s) / 3600},
+          {"disk_bytes", row.disk_bytes}};
+}
+
+Json PlanJson(const v1::StudySpec& study, const StudyPlan& plan, int cores) {
+  Json json = {{"name", study.name()}, {"variants", Json::array()}};
+  for (const PlanRow& row : plan.rows) json["variants"].push_back(RowJson(row));
+  json["total"] = RowJson(plan.total);
+  json["total"].erase("name");
+  json["solves"] = plan.solves;
+  json["solves_without_sharing"] = plan.solves_without_sharing;
+  json["solves_saved"] = plan.solves_without_sharing - plan.solves;
+  json["layouts_per_seed"] = plan.max_solves_per_seed;
+  const TrainingPlan& training = plan.training;
+  json["jobs"] =
+      plan.total.solve_jobs + plan.total.render_jobs + training.trainings + training.evaluations;
+  json["trainings"] = training.trainings;
+  json["evaluations"] = training.evaluations;
+  json["train_core_hours"] = training.train_core_s / 3600;
+  json["evaluate_core_hours"] = training.evaluate_core_s / 3600;
+  json["core_hours"] = (plan.total.solve_core_s + plan.total.render_core_s + training.train_core_s +
+                        training.evaluate_core_s) /
+                       3600;
+  json["cores"] = cores;
+  json["wall_clock_s"] = WallClockS(plan, cores);
+  json["disk_bytes"] = plan.total.disk_bytes;
+  json["costs"] = {{"from", plan.costs_from}, {"factor", plan.factor}};
+  return json;
+}
+
+std::string Hours(double core_s) { return FormatNumber(core_s / 3600); }
+
+void PrintTraining(const v1::StudySpec& study, const TrainingPlan& plan, const Terminal& out) {
+  if (plan.trainings > 0) {
+    *out.stream << "Trainings: " << FormatCount(plan.trainings) << " ("
+                << Plural(plan.trainings / study.train().seeds(), "training set") << " x "
+                << Plural(study.train().seeds(), "seed") << "), "
+                << (plan.not_priced.empty() ? Hours(plan.train_core_s) + " core-hours"
+                                            : "not priced: nobody has measured " + plan.not_priced)
+                << "\n";
+  }
+  if (plan.evaluations > 0) {
+    *out.stream << "Evaluations: " << FormatCount(plan.evaluations) << ", "
+                << Hours(plan.evaluate_core_s) << " core-hours\n";
+  }
+}
+
+void PrintPlan(const v1::StudySpec& study, const StudyPlan& plan, int cores,
+               const Session& session) {
+  const Terminal& out = session.out();
+  *out.stream << out.Paint(Tone::kBold, study.name()) << ": " << DescribeSize(study) << "\n";
+  Table table({{"variant"},
+               {"pairs", Align::kRight},
+               {"scenes", Align::kRight},
+               {"jobs", Align::kRight},
+               {"rooms shared", Align::kRight},
+               {"pairs shared", Align::kRight},
+               {"core-hours", Align::kRight},
+               {"disk", Align::kRight}});
+  const auto add = [&](const PlanRow& row) {
+    table.AddRow({row.name, FormatCount(row.pairs), FormatCount(row.scenes),
+                  FormatCount(row.solve_jobs + row.render_jobs), FormatCount(row.layouts_shared),
+                  FormatCount(row.pairs_shared), Hours(row.solve_core_s + row.render_core_s),
+                  FormatBytes(static_cast<double>(row.disk_bytes))});
+  };
+  for (const PlanRow& row : plan.rows) add(row);
+  if (plan.rows.size() > 1) add(plan.total);
+  table.Print(out, 2);
+  PrintTraining(study, plan.training, out);
+  *out.stream << "Scenes to solve: " << FormatCount(plan.solves) << " ("
+              << FormatCount(plan.solves_without_sharing - plan.solves) << " of "
+              << FormatCount(plan.solves_without_sharing) << " solves saved by sharing)\n"
+              << "Core-hours: " << Hours(plan.total.solve_core_s) << " to solve, "
+              << Hours(plan.total.render_core_s) << " to render; disk "
+              << FormatBytes(static_cast<double>(plan.total.disk_bytes)) << "\n"
+              << "Time: about " << FormatDuration(WallClockS(plan, cores)) << " on "
+              << Plural(cores, "core") << "\n"
+              << "Costs: " << plan.costs_from << "\n"
+              << std::flush;
+}
+
+// True to go on.
+bool Ask(const PlanOptions& options, const Session& session) {
+  if (options.yes) return true;
+  std::istream* answers = session.environment.answers;
+  if (answers == nullptr || !session.err().interactive) return false;
+  *session.err().stream << "submit it? [y/N] " << std::flush;
+  std::string answer;
+  std::getline(*answers, answer);
+  return answer == "y" || answer == "Y" || answer == "yes";
+}
+
+absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(v1::StudySpec study, ResolveStudy(options.study));
+  RETURN_IF_ERROR(HashContent(study, FolderReaders::kOfFarm));
+  double factor = 1;
+  if (!options.from.empty()) {
+    ASSIGN_OR_RETURN(factor, ReadMeasuredFactor(options.from));
+  }
+  ASSIGN_OR_RETURN(StudyPlan plan, PlanStudy(study, factor));
+  plan.costs_from = options.from.empty()
+                        ? "measured with the generator's benchmarks on one machine; --from DIR "
+                          "takes those of your own pairs"
+                        : "of the pairs in " + options.from + ", " + FormatNumber(factor) +
+                              " times the benchmarks'";
+  const bool json = session.options.json;
+  if (!json) PrintPlan(study, plan, options.cores, session);
+  const bool submit = json ? options.yes : Ask(options, session);
+  Json printed = PlanJson(study, plan, options.cores);
+  if (submit) {
+    ASSIGN_OR_RETURN(const auto connection, session.Connect());
+    ASSIGN_OR_RETURN(const Submitted submitted,
+                     SubmitStudy({.study = study}, *connection, *session.environment.clock));
+    const v1::SubmitReply& reply = submitted.reply;
+    printed["study_id"] = reply.study_id();
+    printed["existed"] = reply.existed();
+    *session.err().stream << (reply.existed() ? "is there already" : "submitted") << " as study "
+                          << reply.study_id() << "; follow it with `parallax watch "
+                          << reply.study_id() << "`\n";
+  }
+  if (json) session.PrintJson(printed);
+  return kExitOk;
+}
+
+}  // namespace
+
+void RegisterPlan(Registry& registry) {
+  CLI::App* command = registry.AddCommand(
+      registry.app, "plan", "Say what a study will take, and submit it if you like",
+      "Variants, scenes, jobs, rooms that variants share, core-hours, time and disk. Asks before\n"
+      "it submits; --yes submits at once, and where nobody can answer nothing is submitted.\n"
+      "\n"
+      "Examples:\n"
+      "  parallax plan table1\n"
+      "  parallax plan table1 --pairs 8 --width 320 --height 180 --json\n"
+      "  parallax plan table1 --cores 640             on a farm\n"
+      "  parallax plan table1 --from out/quickstart   costs as measured on this machine\n");
+  command->group(kLocalCommands);
+  auto options = std::make_shared<PlanOptions>();
+  AddStudyOptions(*command, options->study);
+  command->add_option("--from", options->from, "A dataset whose pairs tell what pairs cost here")
+      ->type_name("DIR");
+  command
+      ->add_option("--cores", options->cores,
+                   "Cores that will work, for the time it takes (default: this machine's)")
+      ->check(CLI::Range(1, 10'000'000));
+  command->add_flag("-y,--yes", options->yes, "Submit without asking");
+  registry.AddConnectionOptions(command);
+  registry.SetAction(command, [options](Session& session) { return Plan(*options, session); });
+}
+
+}  // namespace parallax::client

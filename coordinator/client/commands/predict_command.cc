@@ -1,0 +1,143 @@
+// predict: the disparities of one pair.
+#include <unistd.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "common/base/status.h"
+#include "common/base/system/file.h"
+#include "common/image/io.h"
+#include "common/image/jpeg.h"
+#include "coordinator/client/cancellable.h"
+#include "coordinator/client/commands/evaluate_command.h"
+#include "coordinator/client/content/predictor_choice.h"
+#include "coordinator/client/views/text.h"
+#include "worker/evaluate/disparity_files.h"
+#include "worker/evaluate/prediction_sheet.h"
+
+namespace parallax::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PredictOptions {
+  PredictorChoice predictor;
+  std::string left, right;
+  std::string out, picture;
+};
+
+// A folder that is removed with it.
+class TemporaryFolder {
+ public:
+  static absl::StatusOr<TemporaryFolder> Make() {
+    std::string name = fs::temp_directory_path() / "parallax_predict_XXXXXX";
+    if (mkdtemp(name.data()) == nullptr) return ErrnoError(errno, name);
+    return TemporaryFolder(std::move(name));
+  }
+  TemporaryFolder(TemporaryFolder&& other) noexcept : path_(std::move(other.path_)) {
+    other.path_.clear();
+  }
+  ~TemporaryFolder() {
+    std::error_code error;
+    if (!path_.empty()) fs::remove_all(path_, error);
+  }
+  const std::string& path() const { return path_; }
+
+ private:
+  explicit TemporaryFolder(std::string path) : path_(std::move(path)) {}
+  std::string path_;
+};
+
+absl::Status CheckPictures(const PredictOptions& options) {
+  ASSIGN_OR_RETURN(const ImageRgb8 left, ReadPictureRgb8(options.left));
+  ASSIGN_OR_RETURN(const ImageRgb8 right, ReadPictureRgb8(options.right));
+  if (left.width() == right.width() && left.height() == right.height()) return absl::OkStatus();
+  return InvalidArgument("{}: {}x{}, but {} has {}x{}", options.right, right.width(),
+                         right.height(), options.left, left.width(), left.height());
+}
+
+absl::Status WriteOutput(const std::string& path, const ImageF& disparity_px) {
+  const std::string extension = fs::path(path).extension();
+  if (extension == ".pfm") return WritePfm(path, disparity_px);
+  ASSIGN_OR_RETURN(const std::string png, EncodeDisparityPng(disparity_px));
+  return WriteFile(path, png);
+}
+
+absl::StatusOr<ImageF> PredictOne(const PredictOptions& options, Predictor& predictor,
+                                  const Session& session) {
+  ASSIGN_OR_RETURN(const TemporaryFolder work, TemporaryFolder::Make());
+  const PredictionTask task = {.name = "pair",
+                               .left = fs::absolute(options.left).lexically_normal(),
+                               .right = fs::absolute(options.right).lexically_normal(),
+                               .output = work.path() + "/pair.pfm"};
+  const CancellableScope cancellable;
+  RETURN_IF_ERROR(predictor.Predict({task}, {.work_dir = work.path(),
+                                             .cancel = cancellable.token(),
+                                             .clock = session.environment.clock}));
+  return ReadPfm(task.output);
+}
+
+absl::StatusOr<ExitCode> Predict(const PredictOptions& options, Session& session) {
+  const std::string extension = fs::path(options.out).extension();
+  if (extension != ".pfm" && extension != ".png") {
+    return InvalidArgument("--out {}: wanted a .pfm or a .png", options.out);
+  }
+  ASSIGN_OR_RETURN(const ChosenPredictor chosen, ChoosePredictor(options.predictor));
+  RETURN_IF_ERROR(CheckPictures(options));
+  ASSIGN_OR_RETURN(const ImageF disparity_px, PredictOne(options, *chosen.predictor, session));
+  RETURN_IF_ERROR(WriteOutput(options.out, disparity_px));
+  const double full_scale_px = ColorScale(disparity_px);
+  if (!options.picture.empty()) {
+    RETURN_IF_ERROR(WritePng(options.picture, ColorPrediction(disparity_px, full_scale_px), 3));
+  }
+  if (session.options.json) {
+    session.PrintJson({{"out", options.out},
+                       {"picture", options.picture},
+                       {"width_px", disparity_px.width()},
+                       {"height_px", disparity_px.height()},
+                       {"disparity_98_percent_px", full_scale_px}});
+    return kExitOk;
+  }
+  *session.out().stream << options.out << "\n";
+  if (!options.picture.empty()) *session.out().stream << options.picture << "\n";
+  *session.err().stream << disparity_px.width() << "x" << disparity_px.height()
+                        << ", 98 % of the disparities are below " << FormatNumber(full_scale_px)
+                        << " px\n";
+  return kExitOk;
+}
+
+}  // namespace
+
+void RegisterPredict(Registry& registry) {
+  CLI::App* command = registry.AddCommand(
+      registry.app, "predict", "Predict the disparities of a pair of rectified pictures",
+      "PREDICTOR is a checkpoint of the built-in trainer, or `sgbm` (OpenCV's matcher). The "
+      "output\n"
+      "holds disparities of the left picture in pixels: a PFM as float32, a PNG as 16 bits x256\n"
+      "with 0 for none.\n"
+      "\n"
+      "Examples:\n"
+      "  parallax predict default-1.pt left.png right.png --out disparity.pfm\n"
+      "  parallax predict sgbm left.png right.png --out disparity.png --picture colours.png\n");
+  command->group(kLocalCommands);
+  auto options = std::make_shared<PredictOptions>();
+  command->add_option("PREDICTOR", options->predictor.what, "A checkpoint, or sgbm")->required();
+  command->add_option("LEFT", options->left, "The left picture")->required();
+  command->add_option("RIGHT", options->right, "The right picture")->required();
+  command->add_option("-o,--out", options->out, "The disparities: .pfm or .png")
+      ->type_name("FILE")
+      ->required();
+  command->add_option("--picture", options->picture, "The disparities in colours, for people")
+      ->type_name("PNG");
+  command
+      ->add_option("--trainer-program", options->predictor.trainer_program,
+                   "Predicts from a checkpoint (default: `trainer` beside this program, or "
+                   "$PARALLAX_TRAINER)")
+      ->type_name("FILE");
+  command->add_option("--pair-s", options->predictor.pair_s, "Time limit in seconds (default 120)")
+      ->check(CLI::Range(0.1, 1e6));
+  registry.AddJsonOption(command);
+  registry.SetAction(command, [options](Session& session) { return Predict(*options, session); });
+}
+
+}  // namespace parallax::client

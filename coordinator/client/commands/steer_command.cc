@@ -1,0 +1,133 @@
+// cancel, pause, resume, retry, forget: a person's hand on a study.
+#include <fmt/core.h>
+
+#include <nlohmann/json.hpp>
+
+#include "coordinator/client/command.h"
+#include "coordinator/client/views/study_view.h"
+#include "coordinator/client/views/text.h"
+
+namespace parallax::client {
+namespace {
+
+struct SteerOptions {
+  std::string study;
+  std::string reason;
+  bool yes = false;  // Used by `forget`.
+};
+
+using Order = absl::StatusOr<v1::StudyStatus> (Connection::*)(int64_t, const std::string&);
+
+absl::StatusOr<ExitCode> Steer(const SteerOptions& options, Order order, Session& session) {
+  ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  ASSIGN_OR_RETURN(const v1::StudyStatus before, connection->FindStudy(options.study));
+  if (order == &Connection::Resume && before.state() == v1::STUDY_STATE_CANCELLED) {
+    return FailedPrecondition("study {} is cancelled: submit it again instead", before.study_id());
+  }
+  ASSIGN_OR_RETURN(const v1::StudyStatus after,
+                   ((*connection).*order)(before.study_id(), options.reason));
+  if (session.options.json) {
+    session.PrintJson(StudyJson(after));
+    return kExitOk;
+  }
+  const PairCounts counts = CountsOf(after);
+  *session.out().stream << "study " << after.study_id() << " (" << after.name() << ") "
+                        << (before.state() == after.state() ? "was and is " : "is now ")
+                        << PaintedState(session.out(), after.state()) << ": "
+                        << FormatCount(counts.done) << " of " << Plural(counts.wanted, "pair")
+                        << " done\n";
+  return kExitOk;
+}
+
+absl::StatusOr<ExitCode> Retry(const SteerOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(options.study));
+  ASSIGN_OR_RETURN(const v1::RetryReply reply, connection->Retry(study.study_id()));
+  if (session.options.json) {
+    session.PrintJson({{"study_id", study.study_id()}, {"jobs", reply.jobs()}});
+  } else if (reply.jobs() == 0) {
+    *session.out().stream << "study " << study.study_id() << " has no failed jobs\n";
+  } else {
+    *session.out().stream << Plural(reply.jobs(), "job") << " of study " << study.study_id()
+                          << " will be tried again\n";
+  }
+  return kExitOk;
+}
+
+// "3 jobs, 12 pairs and 1 network or score", without what there is none of.
+std::string Having(const v1::ForgetReply& had) {
+  std::string text = Plural(had.jobs(), "job") + (had.results() > 0 ? ", " : " and ") +
+                     Plural(had.pairs(), "pair");
+  if (had.results() > 0) {
+    text += " and " + Plural(had.results(), "network or score", "networks and scores");
+  }
+  return text;
+}
+
+absl::StatusOr<ExitCode> Forget(const SteerOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(options.study));
+  const std::string name = fmt::format("study {} ({})", study.study_id(), study.name());
+  RETURN_IF_ERROR(session.Confirm(
+      name + " with its " + Plural(CountsOf(study).done, "pair") +
+          ", its networks and its history will be gone for good, but for what others use",
+      options.yes));
+  ASSIGN_OR_RETURN(const v1::ForgetReply had, connection->Forget(study.study_id(), options.reason));
+  if (session.options.json) {
+    session.PrintJson({{"study_id", study.study_id()},
+                       {"jobs", had.jobs()},
+                       {"pairs", had.pairs()},
+                       {"results", had.results()}});
+    return kExitOk;
+  }
+  *session.out().stream << name << " is forgotten: it had " << Having(had)
+                        << "; the files that no other study uses are removed in the background\n";
+  return kExitOk;
+}
+
+CLI::App* Add(Registry& registry, const std::shared_ptr<SteerOptions>& options,
+              const std::string& name, const std::string& description, bool with_reason) {
+  CLI::App* command = registry.AddCommand(registry.app, name, description,
+                                          "Example:\n  parallax " + name + " baseline\n");
+  command->add_option("STUDY", options->study, "Id, or name (the newest of that name)")->required();
+  if (with_reason) {
+    command->add_option("--reason", options->reason, "Kept in the coordinator's audit trail")
+        ->type_name("TEXT");
+  }
+  command->group(kCoordinatorCommands);
+  registry.AddConnectionOptions(command);
+  return command;
+}
+
+}  // namespace
+
+void RegisterSteer(Registry& registry) {
+  const struct {
+    const char* name;
+    const char* description;
+    Order order;
+  } orders[] = {
+      {"pause", "Lease no more jobs of a study; what runs is finished", &Connection::Pause},
+      {"resume", "Go on with a paused study", &Connection::Resume},
+      {"cancel", "End a study for good; finished pairs are kept", &Connection::Cancel},
+  };
+  for (const auto& entry : orders) {
+    auto options = std::make_shared<SteerOptions>();
+    CLI::App* command = Add(registry, options, entry.name, entry.description, true);
+    registry.SetAction(command, [options, order = entry.order](Session& session) {
+      return Steer(*options, order, session);
+    });
+  }
+  auto options = std::make_shared<SteerOptions>();
+  CLI::App* command =
+      Add(registry, options, "retry", "Try a study's failed and quarantined jobs again", false);
+  registry.SetAction(command, [options](Session& session) { return Retry(*options, session); });
+
+  auto forget = std::make_shared<SteerOptions>();
+  command = Add(registry, forget, "forget",
+                "Remove an ended study: jobs, pairs and networks that no other study uses", true);
+  command->add_flag("--yes", forget->yes, "Do not ask");
+  registry.SetAction(command, [forget](Session& session) { return Forget(*forget, session); });
+}
+
+}  // namespace parallax::client

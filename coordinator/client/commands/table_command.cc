@@ -1,0 +1,172 @@
+// table: what trains well, from score files.
+#include <stdlib.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "common/base/status.h"
+#include "common/base/system/file.h"
+#include "common/config/config.h"
+#include "coordinator/client/commands/evaluate_command.h"
+#include "coordinator/client/runs/study_results.h"
+#include "coordinator/client/views/study_table.h"
+#include "worker/evaluate/score_table.h"
+
+namespace parallax::client {
+namespace {
+
+struct TableCommandOptions {
+  std::string dir;
+  std::string format = "text";
+  std::string out, pictures;
+  TableOptions table;
+};
+
+// Removed with what is in it.
+class TemporaryFolder {
+ public:
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+  }
+  absl::Status Make() {
+    std::string name = std::filesystem::temp_directory_path() / "parallax-table-XXXXXX";
+    if (mkdtemp(name.data()) == nullptr) return ErrnoError(errno, "make " + name);
+    path_ = name;
+    return absl::OkStatus();
+  }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+// Scores of a folder, or of a coordinator's study; `table` gets the study's order and reference.
+absl::StatusOr<std::vector<Evaluation>> FindScores(const std::string& what, TableOptions& table,
+                                                   Session& session) {
+  std::error_code error;
+  v1::StudySpec study;
+  std::string dir = what;
+  if (std::filesystem::is_directory(what, error)) {
+    const std::string lock = what + "/study.lock.yaml";
+    const auto loaded = std::filesystem::exists(lock, error)
+                            ? LoadStudy(lock)
+                            : absl::StatusOr<v1::StudySpec>(NotFound(""));
+    if (loaded.ok()) study = *loaded;
+  }
+  TemporaryFolder brought;
+  if (!std::filesystem::exists(what, error)) {
+    ASSIGN_OR_RETURN(const auto connection, session.Connect());
+    ASSIGN_OR_RETURN(const v1::StudyStatus status, connection->FindStudy(what));
+    study = status.spec();
+    RETURN_IF_ERROR(brought.Make());
+    dir = brought.path();
+    ASSIGN_OR_RETURN(const auto results, StudyResults::Open(dir, study));
+    RETURN_IF_ERROR(results->CatchUp(*connection, status.study_id(), /*only_scores=*/true));
+  }
+  const TableOptions of_study = TableOptionsOf(study);
+  if (table.variant_order.empty()) table.variant_order = of_study.variant_order;
+  absl::StatusOr<std::vector<Evaluation>> scores = ReadEvaluations(dir);
+  // The study's reference may have no scores yet.
+  if (table.baseline.empty() && scores.ok() &&
+      std::any_of(scores->begin(), scores->end(), [&](const Evaluation& evaluation) {
+        return evaluation.run.variant == of_study.baseline;
+      })) {
+    table.baseline = of_study.baseline;
+  }
+  // The folder is gone when the user reads of it.
+  if (!brought.path().empty() && absl::IsNotFound(scores.status())) {
+    return NotFound("study {} has no scores yet", what);
+  }
+  return scores;
+}
+
+// Checks that the variants of --order are among those that have scores.
+absl::Status CheckOrder(const std::vector<std::string>& order,
+                        const std::vector<Evaluation>& evaluations) {
+  std::set<std::string> known;
+  for (const Evaluation& evaluation : evaluations) known.insert(evaluation.run.variant);
+  for (const std::string& variant : order) {
+    if (known.count(variant) > 0) continue;
+    std::string names;
+    for (const std::string& name : known) names += (names.empty() ? "" : ", ") + name;
+    return InvalidArgument("--order: no variant '{}' has scores; there are {}", variant, names);
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<ExitCode> MakeTables(const TableCommandOptions& options, Session& session) {
+  const std::string format = session.options.json ? "json" : options.format;
+  TableOptions table_options = options.table;
+  ASSIGN_OR_RETURN(const std::vector<Evaluation> evaluations,
+                   FindScores(options.dir, table_options, session));
+  RETURN_IF_ERROR(CheckOrder(options.table.variant_order, evaluations));
+  ASSIGN_OR_RETURN(const ResultTable table, MakeTable(evaluations, table_options));
+  ASSIGN_OR_RETURN(const std::string text, FormatTable(table, format));
+  if (options.out.empty()) {
+    *session.out().stream << text << std::flush;
+  } else {
+    RETURN_IF_ERROR(WriteFile(options.out, text));
+    *session.out().stream << options.out << "\n";
+  }
+  if (!options.pictures.empty()) {
+    ASSIGN_OR_RETURN(const auto files, WriteGroupErrors(evaluations, options.pictures));
+    for (const std::string& file : files) *session.err().stream << file << "\n";
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void RegisterTable(Registry& registry) {
+  CLI::App* command = registry.AddCommand(
+      registry.app, "table", "Make the table of score files: figures, intervals, verdicts",
+      "A row for each variant and trainer, averaged over its seeds; a column for each benchmark.\n"
+      "Intervals hold 95 % of what other seeds and other pictures would give. Each row is "
+      "compared\n"
+      "with the baseline, paired by picture and seed: better, worse or not told apart, and how "
+      "many\n"
+      "more seeds would tell.\n"
+      "\n"
+      "Examples:\n"
+      "  parallax table scores\n"
+      "  parallax table out/table1\n"
+      "  parallax table table1 --json         of the coordinator's study of that name\n"
+      "  parallax table scores --baseline default --format markdown --out table.md\n"
+      "  parallax table scores --json | jq '.comparisons[] | {variant, benchmark, verdict}'\n"
+      "  parallax table scores --pictures out/errors     errors by class and material\n");
+  command->group(kLocalCommands);
+  auto options = std::make_shared<TableCommandOptions>();
+  command
+      ->add_option(
+          "STUDY|DIR", options->dir,
+          "A folder with score files, in it or below; or a study of the coordinator, by id "
+          "or name")
+      ->required();
+  command
+      ->add_option("-f,--format", options->format, "text (default), markdown, latex, csv or json")
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember(TableFormats()));
+  command
+      ->add_option("--baseline", options->table.baseline,
+                   "The variant that all are compared with (default: `default`, `baseline`, or the "
+                   "first)")
+      ->type_name("VARIANT");
+  command
+      ->add_option("--order", options->table.variant_order,
+                   "Variants in the order of the rows; others follow by name")
+      ->delimiter(',')
+      ->type_name("VARIANTS");
+  command->add_option("-o,--out", options->out, "Write it to this file")->type_name("FILE");
+  command
+      ->add_option("--pictures", options->pictures,
+                   "Also write errors by class and material, as PNG and CSV, into this folder")
+      ->type_name("DIR2");
+  registry.AddConnectionOptions(command);
+  registry.SetAction(command,
+                     [options](Session& session) { return MakeTables(*options, session); });
+}
+
+}  // namespace parallax::client

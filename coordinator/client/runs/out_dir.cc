@@ -1,0 +1,176 @@
+#include "coordinator/client/runs/out_dir.h"
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <sys/file.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+
+#include "common/base/system/file.h"
+#include "coordinator/client/views/text.h"
+#include "coordinator/study/expansion.h"
+
+namespace parallax::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Bytes of a pair (both eyes) for each pixel of one image, measured on indoor scenes at 320x180.
+constexpr double kImageBytesPerPixel = 3.5;
+constexpr double kMapsBytesPerPixel = 17;  // All seven maps.
+constexpr double kRawBytesPerPixel = 22;   // Pictures, correspondence and occlusion.
+constexpr double kInfraredBytesPerPixel = 2;
+constexpr double kLinearBytesPerPixel = 9;  // render.keep_hdr.
+constexpr double kFlowBytesPerPixel = 36;
+
+absl::Status MakeFolder(const std::string& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (!error) return absl::OkStatus();
+  if (error.value() == ENOTDIR || error.value() == EEXIST) {
+    return FailedPrecondition("{}: a file is in the way", path);
+  }
+  // A missing place such as /proc/x is no place to write to, rather than a wrong name.
+  if (error.value() == ENOENT) error = std::make_error_code(std::errc::permission_denied);
+  return ErrnoError(error.value(), "can't make the folder " + path);
+}
+
+// Writes as a run would: a file, and to disk.
+absl::Status Probe(const std::string& work_dir) {
+  const std::string probe = work_dir + "/probe";
+  const absl::Status written = WriteFile(probe, std::string(4096, 'x'), /*sync=*/true);
+  unlink(probe.c_str());
+  return written;
+}
+
+std::string HolderOf(int descriptor) {
+  char text[64] = {};
+  const ssize_t size = pread(descriptor, text, sizeof text - 1, 0);
+  return size > 0 ? FirstLine(text) : "unknown";
+}
+
+absl::StatusOr<int> TakeLock(const std::string& path, const std::string& work_dir) {
+  const std::string lock = work_dir + "/lock";
+  const int descriptor = open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (descriptor < 0) return ErrnoError(errno, "can't open " + lock);
+  if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
+    const int cause = errno;
+    const std::string holder = HolderOf(descriptor);
+    close(descriptor);
+    if (cause != EWOULDBLOCK) return ErrnoError(cause, "can't lock " + lock);
+    return FailedPrecondition(
+        "{} is in use by another parallax (process {}); wait for it to end, or choose another "
+        "--out",
+        path, holder);
+  }
+  const std::string self = fmt::format("{}\n", getpid());
+  if (ftruncate(descriptor, 0) != 0 ||
+      pwrite(descriptor, self.data(), self.size(), 0) != static_cast<ssize_t>(self.size())) {
+    const absl::Status error = ErrnoError(errno, "can't write " + lock);
+    close(descriptor);
+    return error;
+  }
+  return descriptor;
+}
+
+// A study's lock file alone is none: people copy it to run the study again.
+bool IsDataset(const fs::path& dir) {
+  std::error_code error;
+  if (!fs::exists(dir / "study.lock.yaml", error)) return false;
+  if (fs::is_directory(dir / ".parallax", error)) return true;
+  for (const auto& entry : fs::directory_iterator(dir, error)) {
+    if (fs::exists(entry.path() / "index.jsonl", error)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+absl::Status CheckNotInDataset(const std::string& path) {
+  std::error_code error;
+  fs::path absolute = fs::weakly_canonical(fs::absolute(path, error), error);
+  if (!absolute.has_filename()) absolute = absolute.parent_path();  // Ended in a slash.
+  if (IsDataset(absolute)) return absl::OkStatus();
+  for (fs::path dir = absolute; dir != dir.parent_path();) {
+    dir = dir.parent_path();
+    if (!IsDataset(dir)) continue;
+    return FailedPrecondition("{} lies in the dataset {} itself: choose another folder", path,
+                              dir.string());
+  }
+  return absl::OkStatus();
+}
+
+bool HoldsForeignFiles(const std::string& path) {
+  std::error_code error;
+  if (fs::exists(path + "/.parallax", error) || fs::exists(path + "/study.lock.yaml", error)) {
+    return false;
+  }
+  return fs::is_directory(path, error) && !fs::is_empty(path, error);
+}
+
+absl::StatusOr<std::unique_ptr<OutDir>> OutDir::Open(const std::string& path) {
+  if (path.empty()) return InvalidArgument("--out: an empty path");
+  std::error_code error;
+  std::string absolute = fs::absolute(path, error).lexically_normal();
+  while (absolute.size() > 1 && absolute.back() == '/') absolute.pop_back();
+  if (fs::exists(absolute, error) && !fs::is_directory(absolute, error)) {
+    return FailedPrecondition("{}: not a folder, so no dataset can be written there", absolute);
+  }
+  RETURN_IF_ERROR(CheckNotInDataset(absolute));
+  const std::string work_dir = absolute + "/.parallax";
+  RETURN_IF_ERROR(MakeFolder(work_dir));
+  absl::StatusOr<int> lock = TakeLock(absolute, work_dir);
+  if (!lock.ok()) return lock.status();
+  std::unique_ptr<OutDir> dir(new OutDir(absolute, *lock));
+  RETURN_IF_ERROR(WithContext(Probe(work_dir), "can't write to " + absolute));
+  RETURN_IF_ERROR(dir->CheckFreeSpace());
+  return dir;
+}
+
+OutDir::~OutDir() { close(lock_descriptor_); }
+
+int64_t OutDir::FreeBytes() const {
+  struct statvfs disk {};
+  if (statvfs(path_.c_str(), &disk) != 0) return -1;
+  return static_cast<int64_t>(disk.f_bavail) * static_cast<int64_t>(disk.f_frsize);
+}
+
+absl::Status OutDir::CheckFreeSpace() const {
+  const int64_t free = FreeBytes();
+  if (free < 0 || free >= kLeastFreeBytes) return absl::OkStatus();
+  return ResourceExhausted("the disk of {} is full: {} free, at least {} needed", path_,
+                           FormatBytes(static_cast<double>(free)),
+                           FormatBytes(static_cast<double>(kLeastFreeBytes)));
+}
+
+namespace {
+
+double BytesPerPixel(const v1::RenderConfig& render) {
+  double bytes = kImageBytesPerPixel + (render.keep_hdr() ? kLinearBytesPerPixel : 0);
+  for (const std::string& map : render.maps()) {
+    bytes += map == "raw"        ? kRawBytesPerPixel
+             : map == "infrared" ? kInfraredBytesPerPixel
+             : map == "flow"     ? kFlowBytesPerPixel
+                                 : kMapsBytesPerPixel / 7;
+  }
+  return bytes;
+}
+
+}  // namespace
+
+int64_t EstimateBytes(const v1::StudySpec& study) {
+  double bytes = 0;
+  for (const v1::VariantSpec& variant : study.variants()) {
+    const v1::RigConfig& rigs = variant.config().rigs();
+    const double pixels = static_cast<double>(rigs.width_px()) * rigs.height_px();
+    bytes += static_cast<double>(PairsOf(study, variant)) * pixels *
+             BytesPerPixel(variant.config().render());
+  }
+  return static_cast<int64_t>(bytes);
+}
+
+}  // namespace parallax::client

@@ -1,0 +1,51 @@
+#include "coordinator/client/views/progress.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "coordinator/client/views/text.h"
+
+namespace parallax::client {
+
+std::string ProgressBar(const Terminal& terminal, double done, double begun, int columns) {
+  done = std::clamp(done, 0.0, 1.0);
+  begun = std::clamp(begun, 0.0, 1.0 - done);
+  // Rounded down, so that a full bar means that all is done.
+  const int full = static_cast<int>(std::floor(done * columns + 1e-9));
+  const int started =
+      std::min(columns, static_cast<int>(std::floor((done + begun) * columns + 1e-9))) - full;
+  const int rest = columns - full - started;
+  const auto repeat = [](std::string_view glyph, int count) {
+    std::string text;
+    for (int i = 0; i < count; ++i) text.append(glyph);
+    return text;
+  };
+  if (!terminal.unicode) {
+    return "[" + repeat("#", full) + repeat("=", started) + repeat(".", rest) + "]";
+  }
+  return terminal.Paint(Tone::kGood, repeat("█", full)) +
+         terminal.Paint(Tone::kGood, repeat("▒", started)) +
+         terminal.Paint(Tone::kDim, repeat("░", rest));
+}
+
+std::string FormatRate(std::optional<double> per_second) {
+  if (!per_second) return "-";
+  return FormatNumber(*per_second * 3600) + " pairs/h";
+}
+
+std::string FormatEta(std::optional<double> seconds) {
+  if (!seconds) return "";
+  // Tenths of a second would be noise here.
+  if (*seconds < 10) return fmt::format("ETA {} s", static_cast<int>(std::ceil(*seconds)));
+  return "ETA " + FormatDuration(*seconds);
+}
+
+std::string FormatPercent(double done, double wanted) {
+  if (wanted <= 0) return "-";
+  return fmt::format("{}%",
+                     static_cast<int>(std::floor(std::min(1.0, done / wanted) * 100 + 1e-9)));
+}
+
+}  // namespace parallax::client

@@ -1,0 +1,308 @@
+#include "coordinator/client/views/study_view.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "coordinator/client/views/progress.h"
+#include "coordinator/client/views/text.h"
+#include "coordinator/client/views/text_table.h"
+#include "coordinator/queue/job_kind.h"
+
+namespace parallax::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+int64_t JobsIn(const v1::StudyStatus& study, std::string_view kind,
+               std::initializer_list<const char*> states) {
+  int64_t jobs = 0;
+  for (const v1::VariantStatus& variant : study.variants()) {
+    for (const char* state : states) jobs += JobsInState(variant, state, kind);
+  }
+  return jobs;
+}
+
+// "solve_jobs": {"ready": 2}, for each kind of this release and each that the coordinator has.
+void AddJobs(const v1::VariantStatus& variant, Json& json) {
+  for (const std::string& kind : KindRegistry::Builtin().Names()) {
+    json[kind + "_jobs"] = Json::object();
+  }
+  for (const v1::JobCount& count : variant.jobs()) {
+    json[count.kind() + "_jobs"][LowerName(count.state())] = count.jobs();
+  }
+}
+
+// Zero is nothing to read.
+std::string Quiet(const Terminal& terminal, int64_t count, Tone tone = Tone::kPlain) {
+  return count == 0 ? terminal.Paint(Tone::kDim, "-") : terminal.Paint(tone, FormatCount(count));
+}
+
+Json CountsFields(const PairCounts& counts) {
+  return {{"pairs_wanted", counts.wanted},         {"pairs_done", counts.done},
+          {"frames_reused", counts.reused},        {"solves_done", counts.solves_done},
+          {"solves_reused", counts.solves_reused}, {"layouts_reused", counts.layouts_reused},
+          {"scenes_rejected", counts.rejected},    {"jobs_failed", counts.failed}};
+}
+
+}  // namespace
+
+PairCounts CountsOf(const v1::VariantStatus& variant) {
+  PairCounts counts;
+  counts.wanted = variant.pairs_wanted();
+  counts.done = variant.pairs_done();
+  counts.reused = variant.frames_reused();
+  counts.rejected = variant.scenes_rejected();
+  const KindRegistry& kinds = KindRegistry::Builtin();
+  counts.solves_done = JobsInState(variant, "SUCCEEDED", kinds[kinds.begins_scenes()].name());
+  counts.solves_reused = variant.solves_reused();
+  counts.layouts_reused = variant.layouts_reused();
+  counts.failed = JobsInState(variant, "FAILED") + JobsInState(variant, "QUARANTINED");
+  return counts;
+}
+
+PairCounts CountsOf(const v1::StudyStatus& study) {
+  PairCounts sum;
+  for (const v1::VariantStatus& variant : study.variants()) {
+    const PairCounts counts = CountsOf(variant);
+    sum.wanted += counts.wanted;
+    sum.done += counts.done;
+    sum.reused += counts.reused;
+    sum.rejected += counts.rejected;
+    sum.failed += counts.failed;
+    sum.solves_done += counts.solves_done;
+    sum.solves_reused += counts.solves_reused;
+    sum.layouts_reused += counts.layouts_reused;
+  }
+  return sum;
+}
+
+std::vector<std::string> OtherJobLines(const v1::StudyStatus& study) {
+  std::vector<std::string> lines;
+  const KindRegistry& kinds = KindRegistry::Builtin();
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    if (kinds.at(i).traits().of_scene) continue;
+    const auto count = [&](std::initializer_list<const char*> states) {
+      return JobsIn(study, kinds.at(i).name(), states);
+    };
+    std::string line;
+    const auto add = [&line](int64_t jobs, const char* what) {
+      if (jobs == 0) return;
+      line += (line.empty() ? "" : ", ") + FormatCount(jobs) + " " + what;
+    };
+    add(count({"SUCCEEDED"}), "done");
+    add(count({"LEASED"}), "running");
+    add(count({"BLOCKED", "READY", "RETRY_WAIT"}), "to come");
+    add(count({"FAILED", "QUARANTINED"}), "failed");
+    add(count({"CANCELLED"}), "cancelled");
+    if (!line.empty()) lines.push_back(kinds.at(i).name() + ": " + line);
+  }
+  return lines;
+}
+
+bool HasOtherJobs(const v1::StudyStatus& study) {
+  const KindRegistry& kinds = KindRegistry::Builtin();
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    if (kinds.at(i).traits().of_scene) continue;
+    if (JobsIn(study, kinds.at(i).name(), {"BLOCKED", "READY", "RETRY_WAIT", "LEASED"}) > 0) {
+      return true;
+    }
+  }
+  return false;
+}
+
+std::vector<std::string> LimitLines(const v1::StudyStatus& study) {
+  if (IsFinished(study.state())) return {};
+  std::vector<std::string> lines;
+  if (study.max_running() > 0) {
+    lines.push_back("at most " + Plural(study.max_running(), "job") + " at a time (max_running)");
+  }
+  if (!study.at_limit().empty()) {
+    lines.push_back("at its limit: " + study.at_limit() + "; " +
+                    Plural(study.held_jobs(), "job waits", "jobs wait") + " for it");
+  }
+  return lines;
+}
+
+bool IsFinished(v1::StudyState state) {
+  return state == v1::STUDY_STATE_SUCCEEDED || state == v1::STUDY_STATE_CANCELLED ||
+         state == v1::STUDY_STATE_FAILED;
+}
+
+std::string StateName(v1::StudyState state) {
+  return LowerName(v1::StudyState_Name(state), "STUDY_STATE_");
+}
+
+Tone StateTone(v1::StudyState state) {
+  switch (state) {
+    case v1::STUDY_STATE_SUCCEEDED:
+      return Tone::kGood;
+    case v1::STUDY_STATE_FAILED:
+      return Tone::kBad;
+    case v1::STUDY_STATE_PAUSED:
+    case v1::STUDY_STATE_CANCELLED:
+      return Tone::kWarning;
+    default:
+      return Tone::kAccent;
+  }
+}
+
+std::string PaintedState(const Terminal& terminal, v1::StudyState state) {
+  return terminal.Paint(StateTone(state), StateName(state));
+}
+
+void PrintStudy(const Terminal& terminal, const v1::StudyStatus& study) {
+  std::ostream& out = *terminal.stream;
+  out << terminal.Paint(Tone::kBold, study.name()) << "  study " << study.study_id() << "  "
+      << PaintedState(terminal, study.state()) << "  submitted "
+      << FormatUnixTime(study.submitted_unix_s());
+  if (study.finished_unix_s() > 0) {
+    out << "  took " << FormatDuration(study.finished_unix_s() - study.submitted_unix_s());
+  }
+  out << "\n\n";
+  Table table({{"VARIANT"},
+               {"PAIRS", Align::kRight},
+               {"", Align::kRight},
+               {"SOLVES", Align::kRight},
+               {"SOLVES REUSED", Align::kRight},
+               {"LAYOUTS REUSED", Align::kRight},
+               {"FRAMES REUSED", Align::kRight},
+               {"REJECTED", Align::kRight},
+               {"FAILED", Align::kRight}});
+  const auto add = [&](const std::string& name, const PairCounts& counts) {
+    const double done = static_cast<double>(counts.done);
+    const double wanted = static_cast<double>(counts.wanted);
+    table.AddRow({name, FormatCount(counts.done) + "/" + FormatCount(counts.wanted),
+                  FormatPercent(done, wanted), Quiet(terminal, counts.solves_done),
+                  Quiet(terminal, counts.solves_reused), Quiet(terminal, counts.layouts_reused),
+                  Quiet(terminal, counts.reused), Quiet(terminal, counts.rejected),
+                  Quiet(terminal, counts.failed, Tone::kBad)});
+  };
+  for (const v1::VariantStatus& variant : study.variants()) add(variant.name(), CountsOf(variant));
+  if (study.variants_size() > 1) add(terminal.Paint(Tone::kDim, "total"), CountsOf(study));
+  table.Print(terminal);
+  for (const std::string& line : OtherJobLines(study)) out << line << "\n";
+  for (const std::string& line : LimitLines(study)) out << line << "\n";
+  const std::vector<std::string> problems = ProblemLines(terminal, study, 10);
+  if (problems.empty()) return;
+  out << "\nProblems\n";
+  for (const std::string& line : problems) out << "  " << line << "\n";
+  if (CountsOf(study).failed > 0) {
+    out << "  `parallax retry " << study.study_id() << "` tries failed jobs again\n";
+  }
+}
+
+void PrintStudyList(const Terminal& terminal, const v1::ListStudiesReply& list) {
+  if (list.studies_size() == 0) {
+    *terminal.stream << "no studies yet: `parallax submit STUDY` adds one\n";
+    return;
+  }
+  Table table({{"ID", Align::kRight},
+               {"NAME"},
+               {"STATE"},
+               {"VARIANTS", Align::kRight},
+               {"PAIRS", Align::kRight},
+               {"", Align::kRight},
+               {"FAILED", Align::kRight},
+               {"SUBMITTED"}});
+  for (const v1::StudyStatus& study : list.studies()) {
+    const PairCounts counts = CountsOf(study);
+    table.AddRow(
+        {std::to_string(study.study_id()), study.name(), PaintedState(terminal, study.state()),
+         FormatCount(study.variants_size()),
+         FormatCount(counts.done) + "/" + FormatCount(counts.wanted),
+         FormatPercent(static_cast<double>(counts.done), static_cast<double>(counts.wanted)),
+         Quiet(terminal, counts.failed, Tone::kBad), FormatUnixTime(study.submitted_unix_s())});
+  }
+  table.Print(terminal);
+}
+
+namespace {
+
+std::string PlaceOf(const std::string& variant, uint32_t scene) {
+  return scene == kNoScene ? variant : fmt::format("{} scene {}", variant, scene);
+}
+
+}  // namespace
+
+bool HasScene(const v1::JobStatus& job) { return job.scene() != kNoScene; }
+
+std::string PlaceOf(const std::string& variant, const v1::JobProblem& problem) {
+  return PlaceOf(variant, problem.job_id() == 0 ? kNoScene : problem.scene());
+}
+
+std::string PlaceOf(const v1::JobStatus& job) {
+  return job.label().empty() ? PlaceOf(job.variant(), job.scene()) : job.label();
+}
+
+std::vector<std::string> ProblemLines(const Terminal& terminal, const v1::StudyStatus& study,
+                                      size_t most) {
+  // Equal errors of many jobs are one line with a count; the first job stands for them.
+  struct Group {
+    std::string variant;
+    const v1::JobProblem* problem;
+    int64_t count;
+  };
+  std::vector<Group> groups;
+  for (const v1::VariantStatus& variant : study.variants()) {
+    for (const v1::JobProblem& problem : variant.problems()) {
+      const auto same = std::find_if(groups.begin(), groups.end(), [&](const Group& group) {
+        return group.problem->state() == problem.state() &&
+               FirstLine(group.problem->error()) == FirstLine(problem.error());
+      });
+      if (same != groups.end()) {
+        ++same->count;
+      } else {
+        groups.push_back({variant.name(), &problem, 1});
+      }
+    }
+  }
+  std::vector<std::string> lines;
+  for (const Group& group : groups) {
+    if (lines.size() == most) {
+      lines.push_back("and " + Plural(static_cast<int64_t>(groups.size() - most), "more problem"));
+      break;
+    }
+    const std::string& state = group.problem->state();
+    const bool final = state == "FAILED" || state == "QUARANTINED";
+    const int64_t job = group.problem->job_id();  // 0: the variant gave up.
+    lines.push_back(fmt::format(
+        "{}  {}{}{}: {}", terminal.Paint(final ? Tone::kBad : Tone::kWarning, LowerName(state)),
+        PlaceOf(group.variant, *group.problem), job > 0 ? fmt::format(" job {}", job) : "",
+        group.count > 1 ? fmt::format(" (and {} like it)", group.count - 1) : "",
+        FirstLine(group.problem->error())));
+  }
+  return lines;
+}
+
+Json StudyJson(const v1::StudyStatus& study) {
+  Json json = {{"study_id", study.study_id()},
+               {"name", study.name()},
+               {"state", StateName(study.state())},
+               {"user", study.user()},
+               {"max_running", study.max_running()},
+               {"at_limit", study.at_limit()},
+               {"held_jobs", study.held_jobs()},
+               {"submitted_unix_s", study.submitted_unix_s()},
+               {"finished_unix_s", study.finished_unix_s()}};
+  json.update(CountsFields(CountsOf(study)));
+  Json& variants = json["variants"] = Json::array();
+  for (const v1::VariantStatus& variant : study.variants()) {
+    Json entry = {{"name", variant.name()}};
+    entry.update(CountsFields(CountsOf(variant)));
+    AddJobs(variant, entry);
+    Json& problems = entry["problems"] = Json::array();
+    for (const v1::JobProblem& problem : variant.problems()) {
+      const bool has_scene = problem.job_id() != 0 && problem.scene() != kNoScene;
+      problems.push_back({{"job_id", problem.job_id()},
+                          {"state", LowerName(problem.state())},
+                          {"scene", has_scene ? Json(problem.scene()) : Json(nullptr)},
+                          {"error", problem.error()}});
+    }
+    variants.push_back(std::move(entry));
+  }
+  return json;
+}
+
+}  // namespace parallax::client

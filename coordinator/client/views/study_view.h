@@ -1,0 +1,60 @@
+// Shows a study's status as text and as JSON. Counters get their names on the screen only here.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "coordinator/client/views/terminal.h"
+#include "coordinator/study/job_counts.h"
+#include "parallax/v1/service.pb.h"
+
+namespace parallax::client {
+
+// The counters that are shown of a variant, or their sums over a study.
+struct PairCounts {
+  int64_t wanted = 0;
+  int64_t done = 0;
+  int64_t reused = 0;
+  int64_t rejected = 0;  // Scenes.
+  int64_t failed = 0;    // Jobs that failed or were quarantined.
+  int64_t solves_done = 0;
+  int64_t solves_reused = 0;
+  int64_t layouts_reused = 0;
+};
+// Return the counters of one variant, or of all variants together.
+PairCounts CountsOf(const v1::VariantStatus& variant);
+PairCounts CountsOf(const v1::StudyStatus& study);
+
+// Returns a line for each kind of job without scenes that the study has: "train: 2 done, 1 running,
+// 3 to come".
+std::vector<std::string> OtherJobLines(const v1::StudyStatus& study);
+// Returns whether jobs without scenes, such as trainings, run or are to come.
+bool HasOtherJobs(const v1::StudyStatus& study);
+// Returns lines with the limit of an unfinished study and the limit that holds it back now.
+std::vector<std::string> LimitLines(const v1::StudyStatus& study);
+
+// Returns whether a study in this state has ended.
+bool IsFinished(v1::StudyState state);
+std::string StateName(v1::StudyState state);  // "running"
+Tone StateTone(v1::StudyState state);
+// Returns the state's name in the state's tone.
+std::string PaintedState(const Terminal& terminal, v1::StudyState state);
+
+// Prints a heading, a table with a row for each variant, and problems.
+void PrintStudy(const Terminal& terminal, const v1::StudyStatus& study);
+void PrintStudyList(const Terminal& terminal, const v1::ListStudiesReply& list);
+// Returns whether the job is one of a scene's.
+bool HasScene(const v1::JobStatus& job);
+// Returns where a job belongs, for messages: "narrow scene 3"; the variant alone for a job without
+// a scene and for a variant that gave up.
+std::string PlaceOf(const std::string& variant, const v1::JobProblem& problem);
+std::string PlaceOf(const v1::JobStatus& job);
+// Returns lines with the newest problems of all variants, at most `most`, and with the number of
+// those left out.
+std::vector<std::string> ProblemLines(const Terminal& terminal, const v1::StudyStatus& study,
+                                      size_t most);
+
+nlohmann::ordered_json StudyJson(const v1::StudyStatus& study);
+
+}  // namespace parallax::client

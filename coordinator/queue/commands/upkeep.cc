@@ -1,0 +1,44 @@
+#include "coordinator/queue/commands/upkeep.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace parallax {
+namespace {
+
+constexpr int kArchivedAtOnce = 500;  // Jobs in one tick: some milliseconds.
+constexpr int kRemovedAtOnce = 200;   // Rows of forgotten studies, likewise.
+constexpr std::chrono::seconds kRemoveEvery{60};
+
+}  // namespace
+
+absl::Status Upkeep::Tick() {
+  RETURN_IF_ERROR(machine_.Expire(book_.Expired()));
+  RETURN_IF_ERROR(machine_.WakeRetries());
+  return RemovalIsDue() ? RemoveSome() : absl::OkStatus();
+}
+
+absl::Status Upkeep::RemoveSome() {
+  ASSIGN_OR_RETURN(bool more, machine_.RemoveForgotten(kRemovedAtOnce));
+  if (!more) {
+    ASSIGN_OR_RETURN(more, machine_.Archive(kArchivedAtOnce));
+  }
+  if (!more) remove_at_ = options_.clock->Steady() + kRemoveEvery;
+  return absl::OkStatus();
+}
+
+bool Upkeep::IsDue() const {
+  if (RemovalIsDue()) return true;
+  const auto next = machine_.NextBackoff();
+  return next.ok() && SecondsToNext(*next) <= 0;
+}
+
+double Upkeep::SecondsToNext(const std::optional<double>& next_backoff) const {
+  const double seconds = book_.SecondsToExpiry();
+  if (!next_backoff) return seconds;
+  const double wait = *next_backoff - options_.clock->UnixSeconds();
+  // Further away than any back-off: the clock was set back.
+  return std::min(seconds, wait > options_.retry.backoff_max_s ? 0 : std::max(0.0, wait));
+}
+
+}  // namespace parallax

@@ -1,0 +1,80 @@
+#include "coordinator/queue/database/startup.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+
+#include "common/base/hash.h"
+#include "common/base/version.h"
+
+namespace parallax {
+namespace {
+
+constexpr size_t kMostLimitsText = 2000;
+constexpr double kEpochZeroUnixS = 1577836800;  // 2020-01-01
+
+}  // namespace
+
+absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s, bool keep_epoch) {
+  ASSIGN_OR_RETURN(const auto last, db.Integer("SELECT max(epoch) FROM epochs"));
+  if (keep_epoch && last) return static_cast<uint64_t>(*last);
+  RETURN_IF_ERROR(db.Run("BEGIN IMMEDIATE"));
+  const int64_t by_clock = std::clamp<int64_t>(static_cast<int64_t>(now_unix_s - kEpochZeroUnixS),
+                                               1, (int64_t{1} << 31) - 1);
+  const int64_t epoch = std::max(last.value_or(0) + 1, by_clock);
+  RETURN_IF_ERROR(db.Run("INSERT INTO epochs(epoch, started_unix_s, program) VALUES (?1, ?2, ?3)",
+                         epoch, now_unix_s, kProgramVersion));
+  RETURN_IF_ERROR(db.Run("COMMIT"));
+  return static_cast<uint64_t>(epoch);
+}
+
+absl::Status EnterKinds(SqliteConnection& db, const KindRegistry& kinds) {
+  {
+    SqliteQuery used(db, "SELECT DISTINCT kind FROM job_counts");
+    while (used.Next()) {
+      if (kinds.Find(used.Text(0))) continue;
+      return FailedPrecondition(
+          "it has jobs of kind '{}', which this program does not know; use the one that made them",
+          used.Text(0));
+    }
+    RETURN_IF_ERROR(used.status());
+  }
+  RETURN_IF_ERROR(db.Run("BEGIN IMMEDIATE"));
+  for (size_t i = 0; i < kinds.size(); ++i) {
+    const JobTraits& t = kinds.at(i).traits();
+    RETURN_IF_ERROR(db.Run(
+        "INSERT INTO job_kinds(name, of_scene, may_reject, has_output, can_split,"
+        " shares_part, resumes) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7) ON CONFLICT DO UPDATE SET"
+        " of_scene = ?2, may_reject = ?3, has_output = ?4, can_split = ?5, shares_part = ?6,"
+        " resumes = ?7",
+        kinds.at(i).name(), t.of_scene, t.may_reject, t.has_output, t.can_split, t.shares_part,
+        t.resumes));
+  }
+  return db.Run("COMMIT");
+}
+
+absl::Status AuditLimits(SqliteConnection& db, const LimitRules& limits, double now_unix_s) {
+  std::string text = limits.Describe();
+  if (text.size() > kMostLimitsText) {
+    text = text.substr(0, kMostLimitsText) + "... (SHA-256 of all " + Sha256Hex(text) + ")";
+  }
+  std::string before = LimitRules().Describe();
+  {
+    SqliteQuery last(db,
+                     "SELECT detail FROM audit WHERE action = 'limits' ORDER BY id DESC LIMIT 1");
+    if (last.Next()) before = std::string(last.Text(0));
+    RETURN_IF_ERROR(last.status());
+  }
+  if (before == text) return absl::OkStatus();
+  return db.Run("INSERT INTO audit(unix_s, actor, action, detail) VALUES (?1, ?2, ?3, ?4)",
+                now_unix_s, "coordinator", "limits", text);
+}
+
+absl::StatusOr<std::string> DatabaseId(SqliteConnection& db) {
+  SqliteQuery first(db, "SELECT epoch, started_unix_s FROM epochs ORDER BY epoch LIMIT 1");
+  if (!first.Next()) return DataLoss("no epoch");
+  const std::string start = fmt::format("{} {:f}", first.Int(0), first.Real(1));
+  return Sha256Hex(start).substr(0, 16);
+}
+
+}  // namespace parallax

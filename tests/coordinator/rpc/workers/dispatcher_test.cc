@@ -1,0 +1,89 @@
+// The dispatcher without streams: how many workers it takes, and that a list of all is one reply.
+#include "coordinator/rpc/workers/dispatcher.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <filesystem>
+
+#include "common/base/names.h"
+#include "common/config/check/limits.h"
+#include "coordinator/rpc/reply_size.h"
+#include "coordinator/rpc/validation.h"
+
+namespace parallax {
+namespace {
+
+class SilentLink final : public WorkerLink {
+ public:
+  void Send(v1::CoordinatorMessage) override {}
+  void Close(const absl::Status&, bool) override {}
+};
+
+class DispatcherTest : public testing::Test {
+ protected:
+  DispatcherTest() {
+    char name[] = "/tmp/parallax-dispatcher-XXXXXX";
+    directory_ = mkdtemp(name);
+    // No worker falls silent, however long the disk takes for twenty thousand commits.
+    queue_ = *JobQueue::Open({.db_path = directory_ + "/queue.db", .lease_s = 3600});
+    pool_ = std::make_unique<TaskPool>(1);
+    pool_->Start();
+    dispatcher_ = std::make_unique<Dispatcher>(*queue_, *pool_, Clock::System(), 60);
+  }
+  ~DispatcherTest() override {
+    dispatcher_.reset();
+    pool_.reset();  // Its last tasks still use the queue.
+    queue_.reset();
+    std::filesystem::remove_all(directory_);
+  }
+
+  // With the longest texts that are let pass.
+  static v1::Hello LongHello(size_t number) {
+    v1::Hello hello;
+    const std::string digits = std::to_string(number);
+    hello.set_name(std::string(kMaxNameBytes - digits.size(), 'w') + digits);
+    hello.set_protocol(kWorkProtocol);
+    for (const std::string& kind : KindRegistry::Builtin().Names()) hello.add_kinds(kind);
+    hello.set_slots(kMaxSlots);
+    hello.set_version(std::string(kMaxNameBytes, 'v'));
+    EXPECT_TRUE(CheckHello(hello, KindRegistry::Builtin()).ok());
+    return hello;
+  }
+  absl::Status Join(const v1::Hello& hello) {
+    return dispatcher_->Join(std::make_shared<SilentLink>(), hello, [](const auto&) {});
+  }
+
+  std::string directory_;
+  std::unique_ptr<JobQueue> queue_;
+  std::unique_ptr<TaskPool> pool_;
+  std::unique_ptr<Dispatcher> dispatcher_;
+};
+
+TEST_F(DispatcherTest, AListOfTheMostWorkersIsOneReply) {
+  for (size_t i = 0; i < kMostWorkers; ++i) ASSERT_TRUE(Join(LongHello(i)).ok());
+  const absl::Status more = Join(LongHello(kMostWorkers));
+  EXPECT_EQ(more.code(), absl::StatusCode::kResourceExhausted) << more;
+  EXPECT_TRUE(Join(LongHello(7)).ok()) << "it was there already";
+
+  std::vector<v1::WorkerStatus> workers = dispatcher_->Workers();
+  v1::ListWorkersReply reply;
+  EXPECT_TRUE(AddItems(workers, reply.mutable_workers(), kMaxNameBytes)) << "some are left out";
+  EXPECT_EQ(static_cast<size_t>(reply.workers_size()), kMostWorkers);
+  for (const v1::WorkerStatus& worker : reply.workers()) {
+    ASSERT_EQ(worker.name().size(), kMaxNameBytes) << "a name is cut";
+    ASSERT_EQ(worker.name().front(), 'w');
+    ASSERT_NE(worker.name().back(), '.') << "a name is cut";
+  }
+  EXPECT_LT(reply.ByteSizeLong(), kMaxReplyBytes);
+
+  // With as many kinds, and as long ones, as a program may know.
+  v1::WorkerStatus longest = reply.workers(0);
+  longest.clear_kinds();
+  for (size_t i = 0; i < kMostKinds; ++i) longest.add_kinds(std::string(32, 'k'));
+  longest.set_state("suspended");
+  EXPECT_LT((longest.ByteSizeLong() + 16) * kMostWorkers, kMaxReplyBytes);
+}
+
+}  // namespace
+}  // namespace parallax

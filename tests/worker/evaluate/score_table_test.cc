@@ -1,0 +1,210 @@
+#include "worker/evaluate/score_table.h"
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/worker/evaluate/test_scores.h"
+
+namespace parallax {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using Json = nlohmann::json;
+
+std::string Message(const absl::Status& status) { return std::string(ToStd(status.message())); }
+
+// Three seeds of `default` and of a variant that is worse by far, and SGBM.
+std::vector<Evaluation> Study() {
+  std::vector<Evaluation> all;
+  for (int64_t seed = 1; seed <= 3; ++seed) {
+    const auto s = static_cast<double>(seed);
+    all.push_back(SyntheticEvaluation("eth3d", "default", seed, {4 + s, 10 + s, 20 + s}));
+    all.push_back(SyntheticEvaluation("eth3d", "narrow", seed, {14 + s, 21 + s, 30 + s}));
+    all.push_back(SyntheticEvaluation("shipped", "default", seed, {7 + s / 10}));
+    all.push_back(SyntheticEvaluation("shipped", "narrow", seed, {7.1 + s / 5}));
+  }
+  all.push_back(SyntheticEvaluation("eth3d", "sgbm", std::nullopt, {6, 12, 22}, "opencv"));
+  return all;
+}
+
+TEST(Table, JsonHasRowsAndComparisonsWithTheAgreedNames) {
+  const auto table = MakeTable(Study(), {});
+  ASSERT_TRUE(table.ok()) << table.status();
+  const Json json = Json::parse(*FormatTable(*table, "json"));
+  ASSERT_EQ(json["rows"].size(), 3);
+  const Json& row = json["rows"][0];
+  EXPECT_EQ(row["variant"], "default");
+  EXPECT_EQ(row["trainer"], "builtin");
+  EXPECT_EQ(row["seeds"], 3);
+  const Json& figure = row["benchmarks"]["eth3d"];
+  EXPECT_EQ(figure["metric"], "bad-2 all");
+  EXPECT_NEAR(figure["value"], 40.0 / 3, 1e-9);
+  ASSERT_TRUE(figure.contains("low") && figure.contains("high"));
+  EXPECT_LT(figure["low"], figure["value"]);
+  EXPECT_GT(figure["high"], figure["value"]);
+  EXPECT_EQ(figure["pairs"], 3);
+  EXPECT_EQ(json["rows"][2]["variant"], "sgbm");  // Without seeds: last.
+  EXPECT_EQ(json["rows"][2]["seeds"], 0);
+  EXPECT_FALSE(json["rows"][2]["benchmarks"].contains("shipped"));
+
+  ASSERT_EQ(json["comparisons"].size(), 3);
+  const Json& narrow = json["comparisons"][0];
+  EXPECT_EQ(narrow["variant"], "narrow");
+  EXPECT_EQ(narrow["baseline"], "default");
+  EXPECT_EQ(narrow["benchmark"], "eth3d");
+  EXPECT_EQ(narrow["verdict"], "worse");
+  EXPECT_NEAR(narrow["difference"], 31.0 / 3, 1e-9);
+  EXPECT_EQ(narrow["seeds"], 3);
+  EXPECT_EQ(narrow["pairs"], 3);
+  EXPECT_EQ(narrow["more_seeds"], nullptr);
+}
+
+TEST(Table, ClassicalRowStandsBesideEachSeedOfTheBaseline) {
+  const auto table = MakeTable(Study(), {});
+  ASSERT_TRUE(table.ok());
+  const TableComparison& sgbm = table->comparisons.back();
+  EXPECT_EQ(sgbm.variant, "sgbm");
+  EXPECT_EQ(sgbm.baseline_trainer, "builtin");
+  EXPECT_EQ(sgbm.comparison.seeds, 3);
+  EXPECT_NEAR(sgbm.comparison.difference.value, 40.0 / 3 - 40.0 / 3, 1e-9);
+  EXPECT_EQ(sgbm.comparison.verdict, Verdict::kNotToldApart);
+}
+
+TEST(Table, BaselineCanBeChosenAndMustExist) {
+  const auto table = MakeTable(Study(), {.baseline = "narrow", .variant_order = {"narrow"}});
+  ASSERT_TRUE(table.ok());
+  EXPECT_EQ(table->rows[0].variant, "narrow");
+  EXPECT_EQ(table->comparisons[0].variant, "default");
+  EXPECT_EQ(table->comparisons[0].comparison.verdict, Verdict::kBetter);
+  EXPECT_THAT(Message(MakeTable(Study(), {.baseline = "wide"}).status()),
+              HasSubstr("'wide' is not among the variants: default, narrow, sgbm"));
+}
+
+TEST(Table, ScoresThatCannotBeComparedAreRefused) {
+  const Evaluation good = SyntheticEvaluation("eth3d", "a", 1, {5, 6});
+  Evaluation other_pairs = SyntheticEvaluation("eth3d", "b", 1, {5, 6});
+  other_pairs.images[1].pair = "p9";
+  Evaluation other_truth = SyntheticEvaluation("eth3d", "b", 1, {5, 6});
+  other_truth.images[1].regions["all"].pixels = 999;
+  Evaluation other_metric = SyntheticEvaluation("eth3d", "b", 1, {5, 6});
+  other_metric.headline.measure = BadAt(3);
+  const struct {
+    Evaluation evaluation;
+    const char* wanted;
+  } cases[] = {
+      {SyntheticEvaluation("eth3d", "b", 1, {5}), "2 pairs and 1"},
+      {other_pairs, "pair p1 and pair p9"},
+      {other_truth, "pair p1 has other truth"},
+      {other_metric, "their metrics differ"},
+      {SyntheticEvaluation("eth3d", "a", std::nullopt, {5, 6}), "with and without a seed"}};
+  for (const auto& c : cases) {
+    const auto table = MakeTable({good, c.evaluation}, {});
+    EXPECT_EQ(table.status().code(), absl::StatusCode::kFailedPrecondition) << c.wanted;
+    EXPECT_THAT(Message(table.status()), HasSubstr(c.wanted));
+  }
+}
+
+TEST(Table, OnlyCommonSeedsAreCompared) {
+  std::vector<Evaluation> all;
+  for (int64_t seed = 1; seed <= 3; ++seed) {
+    all.push_back(SyntheticEvaluation("eth3d", "default", seed, {5, 6}));
+  }
+  for (int64_t seed = 2; seed <= 4; ++seed) {
+    all.push_back(SyntheticEvaluation("eth3d", "narrow", seed, {7, 8}));
+  }
+  all.push_back(SyntheticEvaluation("eth3d", "other", 9, {7, 8}));
+  const auto table = MakeTable(all, {});
+  ASSERT_TRUE(table.ok());
+  ASSERT_EQ(table->comparisons.size(), 1);
+  EXPECT_EQ(table->comparisons[0].comparison.seeds, 2);
+  EXPECT_THAT(table->notes,
+              ::testing::Contains(HasSubstr("other and default have no seed in common")));
+}
+
+TEST(Table, ACellTellsItsOwnSeeds) {
+  std::vector<Evaluation> all = Study();
+  all.push_back(SyntheticEvaluation("kitti2015", "narrow", 2, {9, 11, 13}));
+  all.push_back(SyntheticEvaluation("kitti2015", "default", 1, {8, 10, 12}));
+  all.push_back(SyntheticEvaluation("kitti2015", "default", 2, {7, 10, 12}));
+  const auto table = MakeTable(all, {});
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_THAT(table->notes,
+              ::testing::Contains("kitti2015: fewer seeds than on other benchmarks for rows "
+                                  "default (2 of 3), narrow (1 of 3)."));
+  EXPECT_THAT(table->notes, ::testing::Contains(HasSubstr("one seed")));
+  const Json json = Json::parse(*FormatTable(*table, "json"));
+  EXPECT_EQ(json["rows"][1]["seeds"], 3);
+  EXPECT_EQ(json["rows"][1]["benchmarks"]["eth3d"]["seeds"], 3);
+  EXPECT_EQ(json["rows"][1]["benchmarks"]["kitti2015"]["seeds"], 1);
+  EXPECT_EQ(json["rows"][2]["benchmarks"]["eth3d"]["seeds"], 0);
+  EXPECT_THAT(*FormatTable(*table, "csv"), HasSubstr(",not told apart,1\n"));
+  EXPECT_THAT(*FormatTable(*table, "markdown"), HasSubstr("| narrow | builtin | 1 | 11.00 ["));
+}
+
+TEST(Table, SubsetsAndSingleSeedsAreNoted) {
+  Evaluation part = SyntheticEvaluation("eth3d", "default", 1, {5, 6});
+  part.pairs_published = 27;
+  const auto table = MakeTable({part, SyntheticEvaluation("shipped", "default", 1, {5})}, {});
+  ASSERT_TRUE(table.ok());
+  EXPECT_THAT(table->notes, ElementsAre(HasSubstr("2 pairs, the whole set has 27"),
+                                        HasSubstr("one pair"), HasSubstr("one seed")));
+}
+
+TEST(Table, AllFormatsShowFiguresAndVerdicts) {
+  const auto table = MakeTable(Study(), {});
+  ASSERT_TRUE(table.ok());
+  const std::string text = *FormatTable(*table, "text");
+  EXPECT_THAT(text, HasSubstr("eth3d (3 pairs; as nobody)"));
+  EXPECT_THAT(text, HasSubstr("worse by 10.33 ["));
+  EXPECT_THAT(text, HasSubstr("not told apart"));
+  EXPECT_THAT(text, HasSubstr("epe all"));
+  const std::string markdown = *FormatTable(*table, "markdown");
+  EXPECT_THAT(markdown, HasSubstr("| default | builtin | 3 | 13.33 ["));
+  EXPECT_THAT(markdown, HasSubstr("✗"));
+  const std::string latex = *FormatTable(*table, "latex");
+  EXPECT_THAT(latex, HasSubstr("\\begin{tabular}{ll*{3}{r}}"));
+  EXPECT_THAT(latex, HasSubstr("$^{-}$"));
+  EXPECT_THAT(latex, HasSubstr("\\bottomrule"));
+  const std::string csv = *FormatTable(*table, "csv");
+  EXPECT_THAT(csv, HasSubstr("variant,trainer,seeds,benchmark,metric,value,low,high,pairs,verdict,"
+                             "benchmark_seeds\n"));
+  EXPECT_THAT(csv, HasSubstr("narrow,builtin,3,eth3d,bad-2 all,23.6667,"));
+  EXPECT_THAT(csv, HasSubstr(",worse,3\n"));
+  const auto unknown = FormatTable(*table, "html");
+  EXPECT_THAT(Message(unknown.status()), HasSubstr("text, markdown, latex, csv, json"));
+}
+
+TEST(Table, FigureOfARegionThatNoPairHasIsNoZero) {
+  Evaluation evaluation = SyntheticEvaluation("mine", "default", 1, {5, 6});
+  evaluation.headline.region = "nocc";
+  const auto table = MakeTable({evaluation}, {});
+  ASSERT_TRUE(table.ok()) << table.status();
+  const Json json = Json::parse(*FormatTable(*table, "json"));
+  EXPECT_TRUE(json["rows"][0]["benchmarks"]["mine"]["value"].is_null());
+  EXPECT_THAT(*FormatTable(*table, "markdown"), HasSubstr("| default | builtin | 1 | - |"));
+}
+
+TEST(Table, IntervalsOfPercentagesStayWithin0And100) {
+  const auto table = MakeTable({SyntheticEvaluation("eth3d", "bad", std::nullopt, {95, 100, 99}),
+                                SyntheticEvaluation("eth3d", "good", std::nullopt, {0, 5, 1})},
+                               {});
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_EQ(table->rows[0].cells.at("eth3d").headline.interval.high, 100);
+  EXPECT_EQ(table->rows[1].cells.at("eth3d").headline.interval.low, 0);
+  // The mean error in pixels has no upper end.
+  EXPECT_GT(table->rows[0].cells.at("eth3d").others[0].interval.high, 9.8);
+}
+
+TEST(Table, LatexEscapesNames) {
+  const auto table = MakeTable({SyntheticEvaluation("my_set", "50%_glass", 1, {5, 6})}, {});
+  ASSERT_TRUE(table.ok());
+  const std::string latex = *FormatTable(*table, "latex");
+  EXPECT_THAT(latex, HasSubstr("50\\%\\_glass"));
+  EXPECT_THAT(latex, HasSubstr("my\\_set"));
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,0 +1,201 @@
+#include "worker/train/network/network.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "worker/train/network/correlation.h"
+#include "worker/train/network/loss.h"
+#include "worker/train/network/optimiser.h"
+#include "worker/train/trained_predictor.h"
+
+namespace parallax {
+namespace {
+
+using torch::Tensor;
+
+// Values in [-1, 1) from a formula, so that tests draw nothing.
+Tensor Waves(torch::IntArrayRef sizes, double pace) {
+  return torch::sin(torch::arange(c10::multiply_integers(sizes), torch::kDouble) * pace)
+      .to(torch::kFloat)
+      .view(sizes);
+}
+
+// Largest difference between the gradient of sum(f(x) * w) and central differences, over some
+// elements.
+template <typename Fn>
+double GradientError(const Tensor& x, Fn f) {
+  const Tensor leaf = x.clone().requires_grad_();
+  const Tensor out = f(leaf);
+  const Tensor w = Waves(out.sizes(), 0.37);
+  (out * w).sum().backward();
+  const torch::NoGradGuard no_grad;
+  double worst = 0;
+  for (int64_t i = 0; i < x.numel(); i += 7) {
+    const auto moved = [&](double by) {
+      Tensor y = x.clone();
+      y.view(-1)[i] += by;
+      return (f(y) * w).sum().template item<double>();
+    };
+    const double slope = (moved(0.5) - moved(-0.5));  // Linear in each element.
+    worst = std::max(worst, std::abs(slope - leaf.grad().view(-1)[i].template item<double>()));
+  }
+  return worst;
+}
+
+TEST(Correlation, VolumeIsTheSumOfProductsAndItsGradientIsRight) {
+  const Tensor left = Waves({2, 4, 3, 11}, 0.7), right = Waves({2, 4, 3, 11}, 1.3);
+  const Tensor volume = CorrelationVolume(left, right, 2, 5);
+  for (const auto& [n, g, d, y, x] : {std::array<int64_t, 5>{0, 0, 0, 0, 0},
+                                      {1, 1, 4, 2, 10},
+                                      {0, 1, 3, 1, 5},
+                                      {1, 0, 4, 2, 3}}) {
+    double sum = 0;
+    for (int64_t c = 2 * g; c < 2 * g + 2 && x >= d; ++c) {
+      sum += (left[n][c][y][x] * right[n][c][y][x - d]).item<double>();
+    }
+    EXPECT_NEAR(volume[n][g][d][y][x].item<double>(), sum, 1e-5);
+  }
+  EXPECT_LT(GradientError(left, [&](const Tensor& t) { return CorrelationVolume(t, right, 2, 5); }),
+            1e-3);
+  EXPECT_LT(GradientError(right, [&](const Tensor& t) { return CorrelationVolume(left, t, 2, 5); }),
+            1e-3);
+}
+
+TEST(Correlation, LocalAgreesWithTheVolumeAndItsGradientIsRight) {
+  const Tensor left = Waves({1, 4, 3, 12}, 0.7), right = Waves({1, 4, 3, 12}, 1.3);
+  const Tensor volume = CorrelationVolume(left, right, 2, 8);
+  const Tensor local = LocalCorrelation(left, right, torch::full({1, 1, 3, 12}, 3.0f), 2, 1);
+  for (int64_t g = 0; g < 2; ++g) {
+    for (int64_t r = -1; r <= 1; ++r) {
+      for (int64_t x = 4; x < 12; ++x) {
+        EXPECT_NEAR(local[0][3 * g + r + 1][1][x].item<double>(),
+                    volume[0][g][3 + r][1][x].item<double>(), 1e-5);
+      }
+    }
+  }
+  const Tensor between = Waves({1, 1, 3, 12}, 0.9) * 2 + 2.3;
+  EXPECT_LT(GradientError(
+                left, [&](const Tensor& t) { return LocalCorrelation(t, right, between, 2, 2); }),
+            1e-3);
+  EXPECT_LT(GradientError(
+                right, [&](const Tensor& t) { return LocalCorrelation(left, t, between, 2, 2); }),
+            1e-3);
+}
+
+TEST(Correlation, PlainOperationsAgree) {
+  const Tensor left = Waves({2, 8, 3, 12}, 0.7), right = Waves({2, 8, 3, 12}, 1.3);
+  EXPECT_TRUE(torch::allclose(PlainCorrelationVolume(left, right, 4, 16),
+                              CorrelationVolume(left, right, 4, 16), 1e-4, 1e-5));
+  const Tensor around = Waves({2, 1, 3, 12}, 0.9) * 8 + 4;
+  EXPECT_TRUE(torch::allclose(PlainLocalCorrelation(left, right, around, 2, 3),
+                              LocalCorrelation(left, right, around, 2, 3), 1e-4, 1e-5));
+}
+
+TEST(Network, ModeDisparityReadsOneModeBetweenCandidates) {
+  Tensor scores = torch::full({1, 12, 1, 2}, -20.0f);
+  scores.index_put_({0, 3, 0, 0}, 0.0f);
+  scores.index_put_({0, 4, 0, 0}, 0.0f);
+  scores.index_put_({0, 10, 0, 0}, -0.1f);  // Another surface, almost as likely.
+  scores.index_put_({0, 0, 0, 1}, 0.0f);
+  const Tensor disparity = ModeDisparity(torch::log_softmax(scores, 1));
+  EXPECT_NEAR(disparity[0][0][0][0].item<double>(), 3.5, 1e-4);
+  EXPECT_NEAR(disparity[0][0][0][1].item<double>(), 0, 1e-4);
+}
+
+TEST(Network, ConvexUpsampleKeepsConstantsAndRange) {
+  const Tensor weights = Waves({1, 36, 4, 5}, 0.61) * 3;
+  EXPECT_TRUE(torch::allclose(ConvexUpsample(torch::full({1, 1, 4, 5}, 7.0f), weights),
+                              torch::full({1, 1, 8, 10}, 7.0f)));
+  const Tensor coarse = torch::arange(20, torch::kFloat).view({1, 1, 4, 5});
+  const Tensor fine = ConvexUpsample(coarse, weights);
+  EXPECT_GE(fine.min().item<double>(), 0);
+  EXPECT_LE(fine.max().item<double>(), 19);
+  // Sharp weights on the centre give the nearest coarse pixel.
+  Tensor centre = torch::zeros({1, 4, 9, 4, 5});
+  centre.select(2, 4).fill_(100);
+  const Tensor nearest = ConvexUpsample(coarse, centre.view({1, 36, 4, 5}));
+  EXPECT_NEAR(nearest[0][0][5][7].item<double>(), coarse[0][0][2][3].item<double>(), 1e-4);
+}
+
+TEST(Network, GradientsFlowIntoEveryWeight) {
+  StereoNetwork network;
+  InitialiseWeights(network, 3);
+  const Tensor left = Waves({1, 3, 64, 128}, 0.9) / 2 + 0.5,
+               right = Waves({1, 3, 64, 128}, 0.8) / 2 + 0.5;
+  const StereoOutput output = network.Forward(left, right, 64);
+  EXPECT_EQ(output.disparity.sizes(), (std::vector<int64_t>{1, 1, 64, 128}));
+  const Tensor truth = torch::full({1, 1, 64, 128}, 20.0f);
+  LossOf(output, truth, torch::ones_like(truth)).loss.backward();
+  for (const auto& item : network.named_parameters()) {
+    ASSERT_TRUE(item.value().grad().defined()) << item.key();
+    EXPECT_GT(item.value().grad().abs().sum().item<double>(), 0) << item.key();
+  }
+}
+
+TEST(Network, InitialWeightsDependOnTheSeedOnly) {
+  StereoNetwork a, b, c;
+  InitialiseWeights(a, 1);
+  InitialiseWeights(b, 1);
+  InitialiseWeights(c, 2);
+  EXPECT_TRUE(torch::equal(Optimiser(a).state().weights, Optimiser(b).state().weights));
+  EXPECT_FALSE(torch::equal(Optimiser(a).state().weights, Optimiser(c).state().weights));
+}
+
+TEST(Loss, IgnoresPixelsWithoutWeight) {
+  StereoNetwork network;
+  InitialiseWeights(network, 3);
+  const torch::NoGradGuard no_grad;
+  const Tensor image = Waves({1, 3, 32, 64}, 0.9) / 2 + 0.5;
+  const StereoOutput output = network.Forward(image, image, 64);
+  Tensor truth = torch::full({1, 1, 32, 64}, 20.0f), weight = torch::ones_like(truth);
+  weight.slice(3, 0, 32).zero_();
+  const BatchLoss before = LossOf(output, truth, weight);
+  truth.slice(3, 0, 32).fill_(50);
+  const BatchLoss after = LossOf(output, truth, weight);
+  EXPECT_EQ(before.loss.item<float>(), after.loss.item<float>());
+  EXPECT_EQ(before.epe_px, after.epe_px);
+  EXPECT_EQ(LossOf(output, truth, torch::zeros_like(weight)).loss.item<float>(), 0);
+}
+
+TEST(NetworkSize, PadsReducesAndLimits) {
+  struct Case {
+    int width, height;
+    double max_disparity;
+    NetworkSize wanted;
+  };
+  const Case cases[] = {
+      {640, 360, 0, {640, 360, 640, 384, 192}},
+      {641, 353, 0, {641, 353, 672, 384, 192}},
+      {1, 1, 0, {1, 1, 32, 32, 192}},
+      {2560, 1440, 0, {1280, 720, 1280, 736, 192}},
+      {2560, 1440, 500, {1280, 720, 1280, 736, 256}},
+      {640, 360, 50, {640, 360, 640, 384, 64}},
+      {1000, 500, 768, {500, 250, 512, 256, 384}},
+  };
+  for (const Case& c : cases) {
+    const NetworkSize size = ChooseNetworkSize(c.width, c.height, 192, c.max_disparity);
+    EXPECT_EQ(std::tuple(size.width, size.height, size.padded_width, size.padded_height,
+                         size.max_disparity),
+              std::tuple(c.wanted.width, c.wanted.height, c.wanted.padded_width,
+                         c.wanted.padded_height, c.wanted.max_disparity))
+        << c.width << "x" << c.height;
+  }
+}
+
+TEST(NetworkSize, SmallPairsAreEnlargedAsFarAsTheSearchReaches) {
+  const auto seen = [](int width, float most) {
+    ImageF disparity_px(width, 10, 5.0f);
+    for (int x = 0; x < width / 10; ++x) disparity_px(x, 0) = most;
+    return disparity_px;
+  };
+  EXPECT_DOUBLE_EQ(ChooseEnlargement(seen(400, 20), 192), 2) << "at most twice";
+  EXPECT_DOUBLE_EQ(ChooseEnlargement(seen(1000, 20), 192), 1.28) << "at most 1,280 px wide";
+  EXPECT_NEAR(ChooseEnlargement(seen(400, 160), 192), 192 / (1.1 * 160), 1e-6);
+  EXPECT_LT(ChooseEnlargement(seen(400, 190), 192), 1);
+  EXPECT_DOUBLE_EQ(ChooseEnlargement(seen(2560, 20), 192), 0.5);
+  EXPECT_DOUBLE_EQ(ChooseEnlargement(seen(400, 0), 192), 2);
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,0 +1,371 @@
+#include "worker/dataset/archive/archive.h"
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <sstream>
+#include <vector>
+
+#include "common/base/hash.h"
+#include "common/base/system/file.h"
+#include "common/base/system/log.h"
+#include "common/base/version.h"
+#include "common/config/config.h"
+#include "common/config/stages.h"
+#include "common/store/store.h"
+#include "worker/dataset/archive/archive_index.h"
+#include "worker/dataset/archive/dataset_card.h"
+#include "worker/dataset/frame/frame_reader.h"
+#include "worker/dataset/frame/sensor_stage.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+
+absl::Status MakeFolders(const std::string& dir) {
+  std::error_code error;
+  fs::create_directories(dir, error);
+  return error ? ErrnoError(error.value(), "make folder " + dir) : absl::OkStatus();
+}
+
+absl::Status RemoveAll(const std::string& path) {
+  std::error_code error;
+  fs::remove_all(path, error);
+  return error ? ErrnoError(error.value(), "remove " + path) : absl::OkStatus();
+}
+
+absl::Status Rename(const std::string& from, const std::string& to) {
+  if (std::rename(from.c_str(), to.c_str()) == 0) return absl::OkStatus();
+  return ErrnoError(errno, "rename " + from + " to " + to);
+}
+
+std::string SceneFile(uint32_t scene) { return fmt::format("scenes/{:06}.pb", scene); }
+
+std::string VersionLine() { return "# Parallax " + DescribeVersions(); }
+
+std::string LockText(const v1::StudySpec& study) {
+  return VersionLine() + "\n" + StudyToYaml(study);
+}
+
+// The lines of a lock file that determine what is in the archive: more pairs and more seeds of
+// trainings may be added to it, its filters and sensors may change, and its inputs may move.
+std::vector<std::string> LinesThatMustStay(v1::StudySpec study) {
+  if (study.has_train()) study.mutable_train()->clear_seeds();
+  for (v1::VariantSpec& variant : *study.mutable_variants()) {
+    *variant.mutable_config() = FieldsOf(variant.config(), [](v1::FieldRule::Stage stage) {
+      return stage != v1::FieldRule::FINISH && stage != v1::FieldRule::SENSOR &&
+             stage != v1::FieldRule::PLACE;
+    });
+  }
+  std::vector<std::string> lines;
+  std::istringstream in(StudyToYaml(study));
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind("pairs:", 0) == 0 || line.rfind("    pairs:", 0) == 0) continue;
+    if (line.rfind("priority:", 0) == 0) continue;
+    lines.push_back(line);
+  }
+  return lines;
+}
+
+absl::Status OtherStudy(const std::string& path, const std::string& there, const std::string& now) {
+  const auto trimmed = [](const std::string& line) {
+    return line.substr(std::min(line.find_first_not_of(' '), line.size()));
+  };
+  return FailedPrecondition(
+      "{} is of another study (there \"{}\", now \"{}\"): choose another folder", path,
+      trimmed(there), trimmed(now));
+}
+
+absl::Status CheckSameStudy(const std::string& path, const v1::StudySpec& study) {
+  const absl::StatusOr<std::string> present = ReadFile(path);
+  if (absl::IsNotFound(present.status())) return absl::OkStatus();
+  RETURN_IF_ERROR(present.status());
+  const std::string version = present->substr(0, present->find('\n'));
+  if (version != VersionLine()) {
+    return FailedPrecondition(
+        "{} is of another version of Parallax (there \"{}\", now \"{}\"), whose frames differ: "
+        "choose another folder",
+        path, version, VersionLine());
+  }
+  ASSIGN_OR_RETURN(v1::StudySpec locked, ParseStudy(*present, path));
+  const std::vector<std::string> there = LinesThatMustStay(std::move(locked));
+  const std::vector<std::string> here = LinesThatMustStay(study);
+  for (size_t i = 0; i < std::max(there.size(), here.size()); ++i) {
+    const std::string old_line = i < there.size() ? there[i] : "(end)";
+    const std::string new_line = i < here.size() ? here[i] : "(end)";
+    if (old_line != new_line) return OtherStudy(path, old_line, new_line);
+  }
+  return absl::OkStatus();
+}
+
+class Archive final : public ArchiveWriter {
+ public:
+  Archive(std::string out, const v1::StudySpec& study) : out_(std::move(out)), study_(study) {}
+
+  absl::Status Prepare() {
+    RETURN_IF_ERROR(MakeFolders(out_));
+    const std::string lock = LockText(study_);
+    RETURN_IF_ERROR(CheckSameStudy(out_ + "/study.lock.yaml", study_));
+    const std::string& source = study_.source_yaml();
+    RETURN_IF_ERROR(
+        WriteFileAtomically(out_ + "/study.yaml", source.empty() ? StudyToYaml(study_) : source));
+    RETURN_IF_ERROR(WriteFileAtomically(out_ + "/study.lock.yaml", lock));
+    for (const v1::VariantSpec& variant : study_.variants()) {
+      RETURN_IF_ERROR(MakeFolders(out_ + "/" + variant.name() + "/scenes"));
+      RETURN_IF_ERROR(MakeFolders(out_ + "/" + variant.name() + "/frames"));
+      RETURN_IF_ERROR(ReadIndex(variant));
+    }
+    return absl::OkStatus();
+  }
+
+  bool HasScene(const std::string& variant, uint32_t scene) const override {
+    std::error_code error;
+    return fs::exists(out_ + "/" + variant + "/" + SceneFile(scene), error);
+  }
+
+  absl::Status AddScene(const std::string& variant, uint32_t scene,
+                        const v1::Scene& recipe) override {
+    RETURN_IF_ERROR(FindVariant(variant).status());
+    return WriteFileAtomically(out_ + "/" + variant + "/" + SceneFile(scene),
+                               recipe.SerializeAsString());
+  }
+
+  absl::Status AddFrame(const v1::PublishedFrame& frame, const std::string& store_dir) override {
+    ASSIGN_OR_RETURN(const v1::VariantSpec* variant, FindVariant(frame.variant()));
+    RETURN_IF_ERROR(CheckStorePath(frame.frame().path()));
+    for (const v1::FileEntry& file : frame.frame().files()) {
+      RETURN_IF_ERROR(CheckStorePath(file.name()));
+      if (file.name().find('/') != std::string::npos) {
+        return InvalidArgument("frame file {}: allowed is a plain name", file.name());
+      }
+    }
+    const FrameKey key = {frame.scene(), frame.frame().rig()};
+    const std::string dir = out_ + "/" + frame.variant() + "/" + FramePath(key);
+    const std::string source = store_dir + "/" + frame.frame().path();
+    std::map<FrameKey, IndexLine>& index = index_[frame.variant()];
+    Content content{frame, {}, false};
+    if (SensorIsOn(variant->config().sensor())) {
+      const absl::Status exposed =
+          Expose(variant->config().sensor(), dir, source, index.find(key), content);
+      if (!exposed.ok()) return WithContext(exposed, frame.variant() + "/" + FramePath(key));
+    }
+    ASSIGN_OR_RETURN(IndexLine line, MakeIndexLine(content.frame, variant->config().filters()));
+
+    std::error_code error;
+    const bool present = fs::exists(dir, error);
+    const auto known = index.find(line.key);
+    const bool indexed = known != index.end() && known->second.files == line.files;
+    if (indexed) {  // Curation judged these very files; the coordinator knows nothing of it.
+      if (const std::optional<double> share = AmbiguousShareOf(known->second)) {
+        RETURN_IF_ERROR(SetAmbiguousShare(share, variant->config().filters(), line));
+      }
+    }
+    if (present && !content.made_anew && IsEqual(dir, source, content.frame.frame(), indexed)) {
+      ++totals_.frames_present;
+    } else {
+      RETURN_IF_ERROR(Materialise(dir, source, content, present));
+      ++(present ? totals_.frames_replaced : totals_.frames_added);
+    }
+    index.insert_or_assign(line.key, std::move(line));
+    return absl::OkStatus();
+  }
+
+  absl::Status Finish() override {
+    for (const v1::VariantSpec& variant : study_.variants()) {
+      const std::string dir = out_ + "/" + variant.name();
+      std::vector<IndexLine> lines;
+      for (const auto& [key, line] : index_[variant.name()]) lines.push_back(line);
+      RETURN_IF_ERROR(WriteDatasetCard(dir, study_, variant, lines));
+    }
+    return absl::OkStatus();
+  }
+
+  const Totals& totals() const override { return totals_; }
+
+  std::map<std::string, int64_t> Frames() const override {
+    std::map<std::string, int64_t> counts;
+    for (const v1::VariantSpec& variant : study_.variants()) counts[variant.name()] = 0;
+    for (const auto& [variant, index] : index_)
+      counts[variant] = static_cast<int64_t>(index.size());
+    return counts;
+  }
+
+ private:
+  // The contents of an archived frame: files of a sensor are in memory, the others in the store.
+  struct Content {
+    v1::PublishedFrame frame;
+    std::map<std::string, std::string> made;  // Bytes by name.
+    bool made_anew = false;
+  };
+  using Known = std::map<FrameKey, IndexLine>::const_iterator;
+
+  // Replaces the rendered pictures by a sensor's. Existing ones in `dir` that match the index are
+  // reused.
+  absl::Status Expose(const v1::SensorConfig& sensor, const std::string& dir,
+                      const std::string& source, Known known, Content& content) {
+    v1::FrameResult& frame = *content.frame.mutable_frame();
+    const std::string key = SensorKey(sensor, frame.files());
+    content.made = MadeBefore(dir, key, known, index_[content.frame.variant()].end());
+    if (content.made.empty()) {
+      ASSIGN_OR_RETURN(content.made, MakeSensorFiles(sensor, key, [&](const std::string& name) {
+                         return source + "/" + name;
+                       }));
+      content.made_anew = true;
+    }
+    for (v1::FileEntry& file : *frame.mutable_files()) {
+      const auto made = content.made.find(file.name());
+      if (made == content.made.end()) continue;
+      file.set_size(static_cast<int64_t>(made->second.size()));
+      file.set_sha256(Sha256Hex(made->second));
+    }
+    return absl::OkStatus();
+  }
+
+  // Returns nothing if there are none with this key, or if they do not match the index.
+  static std::map<std::string, std::string> MadeBefore(const std::string& dir,
+                                                       const std::string& key, Known known,
+                                                       Known none) {
+    std::map<std::string, std::string> made;
+    if (known == none) return {};
+    const auto json = ReadFrameJson(dir);
+    if (!json.ok() || SensorKeyOf(*json) != key) return {};
+    for (const char* name : {"left.png", "right.png", "frame.json"}) {
+      const absl::StatusOr<std::string> bytes = ReadFile(dir + "/" + name);
+      const auto hash = known->second.files.find(name);
+      if (!bytes.ok() || hash == known->second.files.end() || Sha256Hex(*bytes) != hash->second) {
+        return {};
+      }
+      made.emplace(name, *bytes);
+    }
+    return made;
+  }
+
+  absl::StatusOr<const v1::VariantSpec*> FindVariant(const std::string& name) const {
+    for (const v1::VariantSpec& variant : study_.variants()) {
+      if (variant.name() == name) return &variant;
+    }
+    return InvalidArgument("study {} has no variant \"{}\"", study_.name(), name);
+  }
+
+  // Judges each frame by the current filters. Drops lines whose frame is gone, and lines that an
+  // interrupted disk broke.
+  absl::Status ReadIndex(const v1::VariantSpec& variant) {
+    const std::string dir = out_ + "/" + variant.name();
+    const absl::StatusOr<std::string> text = ReadFile(dir + "/index.jsonl");
+    if (absl::IsNotFound(text.status())) return absl::OkStatus();
+    RETURN_IF_ERROR(text.status());
+    std::istringstream in(*text);
+    for (std::string row; std::getline(in, row);) {
+      absl::StatusOr<IndexLine> line = ParseIndexLine(row);
+      std::error_code error;
+      if (!line.ok()) {
+        LogWarning("dropped a line of the index", {{"file", dir + "/index.jsonl"}});
+      } else if (fs::exists(dir + "/" + FramePath(line->key) + "/frame.json", error)) {
+        const FrameKey key = line->key;
+        const absl::Status judged = JudgeAnew(variant.config().filters(), *line);
+        if (!judged.ok()) return WithContext(judged, dir + "/index.jsonl");
+        index_[variant.name()].insert_or_assign(key, *std::move(line));
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  // Whether `dir` holds exactly the manifest's files: the store's own inodes, files of the right
+  // size that the index confirms, or files of the right hash.
+  static bool IsEqual(const std::string& dir, const std::string& source,
+                      const v1::FrameResult& frame, bool indexed) {
+    std::error_code error;
+    const auto begin = fs::directory_iterator(dir, error);
+    if (error || std::distance(begin, fs::directory_iterator()) != frame.files_size()) return false;
+    for (const v1::FileEntry& file : frame.files()) {
+      struct stat here {
+      }, there{};
+      const std::string path = dir + "/" + file.name();
+      if (::lstat(path.c_str(), &here) != 0 || !S_ISREG(here.st_mode)) return false;
+      if (here.st_size != file.size()) return false;
+      const bool same_inode = ::lstat((source + "/" + file.name()).c_str(), &there) == 0 &&
+                              here.st_ino == there.st_ino && here.st_dev == there.st_dev;
+      if (same_inode || indexed) continue;
+      const absl::StatusOr<std::string> hash = Sha256HexOfFile(path);
+      if (!hash.ok() || *hash != file.sha256()) return false;
+    }
+    return true;
+  }
+
+  absl::Status Materialise(const std::string& dir, const std::string& source,
+                           const Content& content, bool replace) {
+    const std::string parent = fs::path(dir).parent_path();
+    const std::string name = fs::path(dir).filename();
+    const std::string temporary = parent + "/.new-" + name, old = parent + "/.old-" + name;
+    RETURN_IF_ERROR(MakeFolders(parent));
+    RETURN_IF_ERROR(RemoveAll(temporary));  // An interrupted run may have left it.
+    RETURN_IF_ERROR(RemoveAll(old));
+    RETURN_IF_ERROR(MakeFolders(temporary));
+    for (const v1::FileEntry& file : content.frame.frame().files()) {
+      const std::string to = temporary + "/" + file.name();
+      const auto made = content.made.find(file.name());
+      const absl::Status status = made != content.made.end()
+                                      ? WriteFile(to, made->second, /*sync=*/true)
+                                      : BringFile(source + "/" + file.name(), to, file);
+      if (!status.ok()) {
+        (void)RemoveAll(temporary).ok();  // The first error is what counts.
+        return status;
+      }
+    }
+    RETURN_IF_ERROR(SyncPath(temporary));
+    if (replace) RETURN_IF_ERROR(Rename(dir, old));
+    RETURN_IF_ERROR(Rename(temporary, dir));
+    RETURN_IF_ERROR(SyncPath(parent));
+    return replace ? RemoveAll(old) : absl::OkStatus();
+  }
+
+  absl::Status BringFile(const std::string& from, const std::string& to,
+                         const v1::FileEntry& file) {
+    struct stat info {};
+    if (::lstat(from.c_str(), &info) != 0) return ErrnoError(errno, "store file " + from);
+    if (!S_ISREG(info.st_mode) || info.st_size != file.size()) {
+      return DataLoss("store file {}: {} bytes, its manifest says {}", from, info.st_size,
+                      file.size());
+    }
+    if (::link(from.c_str(), to.c_str()) == 0) {
+      ++totals_.files_linked;
+      return absl::OkStatus();
+    }
+    if (errno != EXDEV && errno != EPERM && errno != EMLINK && errno != EOPNOTSUPP) {
+      return ErrnoError(errno, "link " + to);
+    }
+    ASSIGN_OR_RETURN(const std::string bytes, ReadFile(from));
+    if (Sha256Hex(bytes) != file.sha256()) {
+      return DataLoss("store file {}: its content is not what its manifest says", from);
+    }
+    ++totals_.files_copied;
+    return WriteFile(to, bytes, /*sync=*/true);
+  }
+
+  const std::string out_;
+  const v1::StudySpec study_;
+  std::map<std::string, std::map<FrameKey, IndexLine>> index_;  // By variant.
+  Totals totals_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<ArchiveWriter>> ArchiveWriter::Open(const std::string& out_dir,
+                                                                   const v1::StudySpec& study) {
+  std::string out = fs::absolute(out_dir).lexically_normal();
+  while (out.size() > 1 && out.back() == '/') out.pop_back();
+  auto archive = std::make_unique<Archive>(out, study);
+  RETURN_IF_ERROR(archive->Prepare());
+  return archive;
+}
+
+}  // namespace parallax

@@ -1,0 +1,329 @@
+#include "worker/dataset/sheets/contact_sheet.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "common/image/io.h"
+#include "worker/dataset/frame/frame_reader.h"
+#include "worker/dataset/frame/frame_statistics.h"
+#include "worker/dataset/sheets/drawing.h"
+#include "worker/dataset/sheets/histogram_page.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr int kSheetMargin = 28, kGap = 8, kHeader = 96, kLegendRows = 10, kLegendRow = 15;
+constexpr int kLegendLines = 6;  // Without a list of objects or materials.
+constexpr int kRowGap = 26;
+
+double NumberAt(const Json& json, const char* a, const char* b = nullptr) {
+  const Json* node = json.contains(a) ? &json[a] : nullptr;
+  if (node != nullptr && b != nullptr) {
+    node = node->is_object() && node->contains(b) ? &(*node)[b] : nullptr;
+  }
+  return node != nullptr && node->is_number() ? node->get<double>() : 0;
+}
+
+// Value below which 99 % of the positive disparities lie: one close leg of a chair must not darken
+// the rest.
+double FullScale(const ImageF& disparity_px) {
+  std::vector<float> values;
+  for (size_t i = 0; i < disparity_px.pixels(); i += 7) {
+    if (disparity_px.values()[i] > 0) values.push_back(disparity_px.values()[i]);
+  }
+  if (values.empty()) return 1;
+  const auto at = values.begin() + static_cast<ptrdiff_t>(values.size() * 99 / 100);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+// Swatch and name of the indices with the most pixels, in two columns.
+void DrawLegend(Canvas& canvas, int x, int y, int width, const ImageU16& indices,
+                const Json& table) {
+  std::vector<int64_t> counts(1 << 16);
+  for (const uint16_t index : indices.values()) ++counts[index];
+  std::vector<std::pair<int64_t, uint32_t>> order;
+  for (uint32_t i = 1; i < counts.size(); ++i) {
+    if (counts[i] > 0) order.emplace_back(-counts[i], i);
+  }
+  std::sort(order.begin(), order.end());
+  const int column_width = width / 2;
+  const size_t room = 2 * kLegendRows;
+  for (size_t i = 0; i < std::min(order.size(), room); ++i) {
+    const int cx = x + static_cast<int>(i) / kLegendRows * column_width;
+    const int cy = y + static_cast<int>(i) % kLegendRows * kLegendRow;
+    if (i + 1 == room && order.size() > room) {
+      canvas.DrawText(cx + 15, cy + 9, fmt::format("{} more", order.size() - room + 1), 7.5,
+                      kFaint);
+      break;
+    }
+    const uint32_t index = order[i].second;
+    const std::string key = std::to_string(index);
+    const std::string name = table.contains(key) ? table[key].value("name", key) : key;
+    canvas.FillBox(cx, cy, 10, 10, IndexColor(index));
+    canvas.DrawText(cx + 15, cy + 9, FitText(name, 7.5, column_width - 20), 7.5);
+  }
+}
+
+void DrawColorBar(Canvas& canvas, int x, int y, int width, double full_scale_px) {
+  for (int i = 0; i < width; ++i) canvas.FillBox(x + i, y, 1, 10, Turbo(i / double(width - 1)));
+  canvas.DrawText(x, y + 26, "0", 8, kFaint);
+  // The scale goes by square roots.
+  const std::string middle = fmt::format("{:.0f}", full_scale_px / 4);
+  const std::string end = fmt::format("{:.0f} px", full_scale_px);
+  canvas.DrawText(x + (width - Canvas::TextWidth(middle, 8)) / 2, y + 26, middle, 8, kFaint);
+  canvas.DrawText(x + width - Canvas::TextWidth(end, 8), y + 26, end, 8, kFaint);
+}
+
+struct Row {
+  std::string name;  // Path below the dataset's folder.
+  FrameOnDisk frame;
+  WarpDifference warp;
+};
+
+void DrawFacts(Canvas& canvas, int x, int y, int width, const Row& row) {
+  const Json& json = row.frame.json;
+  const std::string room = json.contains("room") && json["room"].is_string()
+                               ? json["room"].get<std::string>()
+                               : std::string();
+  const std::string lines[] = {
+      room,
+      fmt::format("baseline {:.3f} m   focal {:.0f} px", NumberAt(json, "baseline_m"),
+                  NumberAt(json, "intrinsics", "fx")),
+      fmt::format("depth {:.2f} to {:.2f} m", NumberAt(json, "near_m"), NumberAt(json, "far_m")),
+      fmt::format("disparity up to {:.0f} px", NumberAt(json, "statistics", "max_disparity_px")),
+      fmt::format("mean intensity {:.0f}   occluded {:.1f} %",
+                  NumberAt(json, "statistics", "mean_intensity"),
+                  100 * NumberAt(json, "statistics", "occluded_fraction")),
+  };
+  canvas.DrawText(x, y + 10, FitText(row.name, 8.5, width), 8.5, kText, true);
+  int line_y = y + 26;
+  for (const std::string& line : lines) {
+    if (line.empty()) continue;
+    canvas.DrawText(x, line_y, FitText(line, 8, width), 8, kFaint);
+    line_y += kLegendRow;
+  }
+}
+
+void DrawWarp(Canvas& canvas, int x, int y, const WarpDifference& warp) {
+  if (warp.median < 0) return;
+  canvas.DrawText(x, y + 10, "right warped onto left,", 8, kFaint);
+  canvas.DrawText(x, y + 26, "difference outside occlusions:", 8, kFaint);
+  canvas.DrawText(x, y + 42,
+                  fmt::format("median {:.2f}   mean {:.2f}   90 % {:.1f}  of 255", warp.median,
+                              warp.mean, warp.p90),
+                  8, kText);
+}
+
+// ---- Columns
+// The inputs of one legend.
+struct Cell {
+  const Row& row;
+  double full_scale_px;  // The disparity of the last colour.
+  int x, y, width;       // Place of the legend.
+};
+
+struct Column {
+  const char* title;
+  const char* file;  // In a frame's folder; a column whose file no frame has is left out.
+  bool exact;        // Indices: neighbouring pixels are not mixed.
+  int legend_lines;
+  ImageRgb8 (*tile)(const FrameOnDisk& frame, double full_scale_px);
+  void (*legend)(Canvas& canvas, const Cell& cell);
+};
+
+void DrawIndexLegend(Canvas& canvas, const Cell& cell, const char* table, const ImageU16& indices) {
+  const Json& json = cell.row.frame.json;
+  if (json.contains(table)) {
+    DrawLegend(canvas, cell.x, cell.y, cell.width, indices, json[table]);
+  }
+}
+
+const Column kColumns[] = {
+    {"left", "left.png", false, kLegendLines,
+     [](const FrameOnDisk& frame, double) { return frame.left; },
+     [](Canvas& canvas, const Cell& cell) {
+       DrawFacts(canvas, cell.x, cell.y, cell.width, cell.row);
+     }},
+    {"right", "right.png", false, kLegendLines,
+     [](const FrameOnDisk& frame, double) { return frame.right; },
+     [](Canvas& canvas, const Cell& cell) { DrawWarp(canvas, cell.x, cell.y, cell.row.warp); }},
+    {"disparity (left)", "disparity_left.exr", false, kLegendLines,
+     [](const FrameOnDisk& frame, double full_scale_px) {
+       return ColorDisparity(frame.left_disparity_px, full_scale_px);
+     },
+     [](Canvas& canvas, const Cell& cell) {
+       DrawColorBar(canvas, cell.x, cell.y, cell.width, cell.full_scale_px);
+     }},
+    {"occlusion (left)", "occlusion_left.png", false, kLegendLines,
+     [](const FrameOnDisk& frame, double) { return ColorOcclusion(frame.left_occlusion); },
+     [](Canvas& canvas, const Cell& cell) {
+       canvas.DrawText(cell.x, cell.y + 10, "white: hidden from or outside the right view", 8,
+                       kFaint);
+     }},
+    {"objects", "objects_left.png", true, kLegendRows,
+     [](const FrameOnDisk& frame, double) { return ColorIndices(frame.left_objects); },
+     [](Canvas& canvas, const Cell& cell) {
+       DrawIndexLegend(canvas, cell, "objects", cell.row.frame.left_objects);
+     }},
+    {"materials", "materials_left.png", true, kLegendRows,
+     [](const FrameOnDisk& frame, double) { return ColorIndices(frame.left_materials); },
+     [](Canvas& canvas, const Cell& cell) {
+       DrawIndexLegend(canvas, cell, "materials", cell.row.frame.left_materials);
+     }},
+    {"normals (left)", "normals_left.exr", false, kLegendLines,
+     [](const FrameOnDisk& frame, double) { return ColorNormals(frame.left_normals); },
+     [](Canvas& canvas, const Cell& cell) {
+       canvas.DrawText(cell.x, cell.y + 10, "camera's frame: red right, green up,", 8, kFaint);
+       canvas.DrawText(cell.x, cell.y + 26, "blue towards the camera", 8, kFaint);
+     }},
+};
+
+// The columns that at least one of the frames has a file for.
+std::vector<const Column*> ColumnsOf(const std::vector<std::string>& frames) {
+  std::vector<const Column*> columns;
+  for (const Column& column : kColumns) {
+    const bool found = std::any_of(frames.begin(), frames.end(), [&](const std::string& frame) {
+      std::error_code error;
+      return fs::exists(fs::path(frame) / column.file, error);
+    });
+    if (found) columns.push_back(&column);
+  }
+  return columns;
+}
+
+void DrawRow(Canvas& canvas, const std::vector<const Column*>& columns, int y, int tile_width,
+             int tile_height, const Row& row) {
+  const FrameOnDisk& frame = row.frame;
+  const double full_scale_px =
+      frame.left_disparity_px.empty() ? 1 : FullScale(frame.left_disparity_px);
+  int x = kSheetMargin;
+  for (const Column* column : columns) {
+    const ImageRgb8 tile = column->tile(frame, full_scale_px);
+    canvas.FillBox(x, y, tile_width, tile_height, kPanel);
+    if (tile.empty()) {
+      canvas.DrawText(x + 12, y + tile_height / 2, "not written", 10, kFaint);
+    } else {
+      canvas.DrawImage(x, y, tile_width, tile_height, tile, column->exact);
+      column->legend(canvas, {row, full_scale_px, x, y + tile_height + 10, tile_width});
+    }
+    x += tile_width + kGap;
+  }
+}
+
+std::string TitleOf(const std::string& dir) {
+  fs::path path = fs::absolute(dir).lexically_normal();
+  if (path.filename().empty()) path = path.parent_path();
+  return path.filename();
+}
+
+std::string HistogramPath(const std::string& sheet) {
+  const fs::path path(sheet);
+  return path.parent_path() / (path.stem().string() + "_histograms.png");
+}
+
+// Evenly spread over all that were found, first and last included.
+std::vector<std::string> Spread(const std::vector<std::string>& all, int most) {
+  const size_t count = std::min(all.size(), static_cast<size_t>(std::max(most, 1)));
+  std::vector<std::string> chosen;
+  for (size_t i = 0; i < count; ++i) {
+    chosen.push_back(all[count == 1 ? 0 : i * (all.size() - 1) / (count - 1)]);
+  }
+  return chosen;
+}
+
+double MedianOf(std::vector<double> values) {
+  if (values.empty()) return -1;
+  std::sort(values.begin(), values.end());
+  const size_t half = values.size() / 2;
+  return values.size() % 2 ? values[half] : (values[half - 1] + values[half]) / 2;
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<std::string>> FindFrames(const std::string& dir) {
+  std::error_code error;
+  std::vector<std::string> frames;
+  fs::recursive_directory_iterator it(dir, error), end;
+  if (error) return ErrnoError(error.value(), "open " + dir);
+  if (fs::exists(fs::path(dir) / "frame.json", error)) return std::vector<std::string>{dir};
+  for (; it != end; it.increment(error)) {
+    if (error) return ErrnoError(error.value(), "list " + dir);
+    if (!it->is_directory(error) || it->is_symlink(error)) continue;
+    const std::string name = it->path().filename();
+    if (name[0] == '.') {  // A store's attempts, half-brought frames.
+      it.disable_recursion_pending();
+    } else if (fs::exists(it->path() / "frame.json", error)) {
+      frames.push_back(it->path());
+      it.disable_recursion_pending();
+    }
+  }
+  std::sort(frames.begin(), frames.end());
+  return frames;
+}
+
+absl::StatusOr<ContactSheetResult> MakeContactSheet(const std::string& dir,
+                                                    const std::string& out_png,
+                                                    const ContactSheetOptions& options) {
+  ASSIGN_OR_RETURN(const std::vector<std::string> found, FindFrames(dir));
+  if (found.empty()) {
+    return NotFound("{}: no frame (a folder with frame.json) in it", dir);
+  }
+  ContactSheetResult result;
+  result.frames_found = static_cast<int>(found.size());
+  const std::vector<std::string> chosen = Spread(found, options.max_frames);
+
+  // All rows have the height of the first frame's shape.
+  ASSIGN_OR_RETURN(const FrameOnDisk first, ReadFrame(chosen[0]));
+  const int tile_width = std::max(options.tile_width_px, 120);
+  const int tile_height = std::max(
+      1,
+      static_cast<int>(std::lround(double(tile_width) * first.left.height() / first.left.width())));
+  const std::vector<const Column*> columns = ColumnsOf(chosen);
+  int lines = 0;
+  for (const Column* column : columns) lines = std::max(lines, column->legend_lines);
+  const int row_height = tile_height + 10 + lines * kLegendRow + kRowGap;
+  const auto count_of_columns = static_cast<int>(columns.size());
+  Canvas canvas(2 * kSheetMargin + count_of_columns * (tile_width + kGap) - kGap,
+                kHeader + static_cast<int>(chosen.size()) * row_height + kSheetMargin);
+  canvas.DrawText(kSheetMargin, 46, TitleOf(dir), 19, kText, true);
+  const std::string count = fmt::format("{} of {}{}", chosen.size(), found.size(),
+                                        found.size() == 1 ? " pair" : " pairs");
+  canvas.DrawText(canvas.image().width() - kSheetMargin - Canvas::TextWidth(count, 12), 46, count,
+                  12, kFaint);
+  for (int i = 0; i < count_of_columns; ++i) {
+    canvas.DrawText(kSheetMargin + i * (tile_width + kGap), kHeader - 12,
+                    columns[static_cast<size_t>(i)]->title, 10.5, kAccent);
+  }
+
+  std::vector<double> medians;
+  for (size_t i = 0; i < chosen.size(); ++i) {
+    Row row;
+    ASSIGN_OR_RETURN(row.frame, ReadFrame(chosen[i]));
+    row.name = fs::path(chosen[i]).lexically_relative(dir).string();
+    if (!row.frame.left_disparity_px.empty() && !row.frame.left_occlusion.empty()) {
+      row.warp = WarpCheck(row.frame.left, row.frame.right, row.frame.left_disparity_px,
+                           row.frame.left_occlusion);
+      if (row.warp.median >= 0) medians.push_back(row.warp.median);
+    }
+    DrawRow(canvas, columns, kHeader + static_cast<int>(i) * row_height, tile_width, tile_height,
+            row);
+  }
+  result.frames = static_cast<int>(chosen.size());
+  result.warp_median_difference = MedianOf(medians);
+  result.sheet_png = out_png;
+  result.histogram_png = HistogramPath(out_png);
+  RETURN_IF_ERROR(WritePng(out_png, canvas.image(), 3));
+  ASSIGN_OR_RETURN(const HistogramData data, SumHistograms(found));
+  RETURN_IF_ERROR(WritePng(result.histogram_png, DrawHistogramPage(TitleOf(dir), data), 3));
+  return result;
+}
+
+}  // namespace parallax

@@ -1,0 +1,312 @@
+#include "worker/evaluate/score_table.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "worker/evaluate/benchmark.h"
+
+namespace parallax {
+namespace {
+
+using RowKey = std::pair<std::string, std::string>;                // Variant, trainer.
+using Runs = std::map<std::optional<int64_t>, const Evaluation*>;  // By seed.
+
+bool HasSeeds(const Runs& runs) { return runs.begin()->first.has_value(); }
+
+std::string Describe(const Evaluation& evaluation) {
+  const RunIdentity& run = evaluation.run;
+  return "variant " + run.variant + ", trainer " + run.trainer +
+         (run.seed ? fmt::format(", seed {}", *run.seed) : "");
+}
+
+absl::Status Differ(const Evaluation& a, const Evaluation& b, const std::string& what) {
+  return FailedPrecondition("{}: {} and {} can't be compared: {}", a.benchmark, Describe(a),
+                            Describe(b), what);
+}
+
+int64_t PixelsIn(const Scores& scores, const std::string& region) {
+  const auto found = scores.regions.find(region);
+  return found == scores.regions.end() ? 0 : found->second.pixels;
+}
+
+// Whether both were measured on the same pairs against the same truth.
+absl::Status CheckComparable(const Evaluation& a, const Evaluation& b) {
+  if (!(a.headline == b.headline)) return Differ(a, b, "their metrics differ");
+  if (a.images.size() != b.images.size()) {
+    return Differ(a, b, fmt::format("{} pairs and {}", a.images.size(), b.images.size()));
+  }
+  for (size_t i = 0; i < a.images.size(); ++i) {
+    const Scores &x = a.images[i], &y = b.images[i];
+    if (x.pair != y.pair) return Differ(a, b, "pair " + x.pair + " and pair " + y.pair);
+    for (const std::string region : {"all", "nocc"}) {
+      if (PixelsIn(x, region) != PixelsIn(y, region)) {
+        return Differ(a, b, "pair " + x.pair + " has other truth");
+      }
+    }
+  }
+  return absl::OkStatus();
+}
+
+// The figure's cells of one run, for the images that have its region.
+std::vector<Quotient> CellsOf(const Metric& metric, const Evaluation& evaluation) {
+  std::vector<Quotient> cells;
+  for (const Scores& scores : evaluation.images) {
+    if (PixelsIn(scores, metric.region) == 0) continue;
+    const ErrorTally& tally = scores.regions.at(metric.region);
+    cells.push_back(metric.pooled ? QuotientOf(metric.measure, tally)
+                                  : Quotient{FigureOf(metric.measure, tally), 1});
+  }
+  return cells;
+}
+
+absl::StatusOr<TableFigure> MakeFigure(const Metric& metric, const Runs& runs,
+                                       const BootstrapOptions& options) {
+  FigureTable table;
+  for (const auto& [seed, run] : runs) table.push_back(CellsOf(metric, *run));
+  TableFigure figure{.metric = MetricName(metric), .pairs = static_cast<int>(table[0].size())};
+  if (figure.pairs == 0) {
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    figure.interval = {.value = kNone, .low = kNone, .high = kNone};
+    return figure;
+  }
+  ASSIGN_OR_RETURN(figure.interval, BootstrapFigure(table, options));
+  const bool percent =
+      metric.measure.kind == Measure::Kind::kBad || metric.measure.kind == Measure::Kind::kD1;
+  if (percent) figure.interval.high = std::min(figure.interval.high, 100.0);
+  return figure;
+}
+
+absl::StatusOr<TableCell> MakeCell(const Runs& runs, const BootstrapOptions& options) {
+  const Evaluation& any = *runs.begin()->second;
+  TableCell cell;
+  cell.seeds = HasSeeds(runs) ? static_cast<int>(runs.size()) : 0;
+  cell.pairs_published = any.pairs_published;
+  cell.mimics = any.mimics;
+  ASSIGN_OR_RETURN(cell.headline, MakeFigure(any.headline, runs, options));
+  for (const Metric& metric : any.figures) {
+    ASSIGN_OR_RETURN(TableFigure figure, MakeFigure(metric, runs, options));
+    if (figure.pairs > 0) cell.others.push_back(std::move(figure));
+  }
+  return cell;
+}
+
+// Both rows' runs by the seeds that both have; a row without seeds stands beside each of the
+// other's.
+struct PairedRuns {
+  std::vector<const Evaluation*> a, b;
+};
+
+PairedRuns PairBySeed(const Runs& a, const Runs& b) {
+  PairedRuns paired;
+  const Runs& seeds = HasSeeds(a) ? a : b;
+  for (const auto& [seed, unused] : seeds) {
+    const auto in_a = HasSeeds(a) ? a.find(seed) : a.begin();
+    const auto in_b = HasSeeds(b) ? b.find(seed) : b.begin();
+    if (in_a == a.end() || in_b == b.end()) continue;
+    paired.a.push_back(in_a->second);
+    paired.b.push_back(in_b->second);
+  }
+  return paired;
+}
+
+FigureTable TableOf(const Metric& metric, const std::vector<const Evaluation*>& runs) {
+  FigureTable table;
+  for (const Evaluation* run : runs) table.push_back(CellsOf(metric, *run));
+  return table;
+}
+
+// All score files, sorted into rows and benchmarks.
+class Collection {
+ public:
+  explicit Collection(const std::vector<Evaluation>& evaluations) {
+    for (const Evaluation& one : evaluations) {
+      runs_[{one.run.variant, one.run.trainer}][one.benchmark][one.run.seed] = &one;
+    }
+  }
+
+  absl::Status Check() const {
+    std::map<std::string, const Evaluation*> first;
+    for (const auto& [key, benchmarks] : runs_) {
+      for (const auto& [benchmark, runs] : benchmarks) {
+        for (const auto& [seed, run] : runs) {
+          const auto [place, is_new] = first.try_emplace(benchmark, run);
+          if (!is_new) RETURN_IF_ERROR(CheckComparable(*place->second, *run));
+        }
+        if (runs.contains(std::nullopt) && runs.size() > 1) {
+          return FailedPrecondition("{}: variant {}, trainer {} has scores with and without a seed",
+                                    benchmark, key.first, key.second);
+        }
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  // Columns in the order of BenchmarkKinds(), then by name.
+  std::vector<std::string> Benchmarks() const {
+    std::set<std::string> left;
+    for (const auto& [key, benchmarks] : runs_) {
+      for (const auto& [benchmark, runs] : benchmarks) left.insert(benchmark);
+    }
+    std::vector<std::string> names;
+    for (const BenchmarkKind& kind : BenchmarkKinds()) {
+      if (left.erase(kind.name) > 0) names.push_back(kind.name);
+    }
+    names.insert(names.end(), left.begin(), left.end());
+    return names;
+  }
+
+  // Trained rows in the order wanted, then those without seeds.
+  std::vector<RowKey> Rows(const std::vector<std::string>& order) const {
+    std::vector<RowKey> keys;
+    for (const auto& [key, benchmarks] : runs_) keys.push_back(key);
+    const auto place = [&](const RowKey& key) {
+      return std::pair(SeedsOf(key) == 0,
+                       std::find(order.begin(), order.end(), key.first) - order.begin());
+    };
+    std::stable_sort(keys.begin(), keys.end(),
+                     [&](const RowKey& a, const RowKey& b) { return place(a) < place(b); });
+    return keys;
+  }
+
+  const std::map<std::string, Runs>& Of(const RowKey& key) const { return runs_.at(key); }
+  bool Has(const RowKey& key) const { return runs_.contains(key); }
+
+  int SeedsOf(const RowKey& key) const {
+    std::set<int64_t> seeds;
+    for (const auto& [benchmark, runs] : runs_.at(key)) {
+      for (const auto& [seed, run] : runs) {
+        if (seed) seeds.insert(*seed);
+      }
+    }
+    return static_cast<int>(seeds.size());
+  }
+
+ private:
+  std::map<RowKey, std::map<std::string, Runs>> runs_;
+};
+
+absl::StatusOr<std::string> ChooseBaseline(const std::vector<RowKey>& rows,
+                                           const std::string& wanted) {
+  std::set<std::string> variants;
+  for (const RowKey& row : rows) variants.insert(row.first);
+  if (wanted.empty()) {
+    for (const char* usual : {"default", "baseline"}) {
+      if (variants.contains(usual)) return std::string(usual);
+    }
+    return rows[0].first;
+  }
+  if (variants.contains(wanted)) return wanted;
+  std::string known;
+  for (const std::string& variant : variants) known += (known.empty() ? "" : ", ") + variant;
+  return InvalidArgument("baseline '{}' is not among the variants: {}", wanted, known);
+}
+
+// The row that `key` is compared with, or itself.
+RowKey BaselineOf(const Collection& collection, const std::vector<RowKey>& rows, const RowKey& key,
+                  const std::string& baseline) {
+  if (collection.Has({baseline, key.second})) return {baseline, key.second};
+  for (const RowKey& row : rows) {
+    if (row.first == baseline) return row;
+  }
+  return key;
+}
+
+absl::Status AddComparisons(const Collection& collection, const RowKey& key, const RowKey& base,
+                            const TableOptions& options, ResultTable& table) {
+  for (const std::string& benchmark : table.benchmarks) {
+    const auto a = collection.Of(key).find(benchmark), b = collection.Of(base).find(benchmark);
+    if (a == collection.Of(key).end() || b == collection.Of(base).end()) continue;
+    const PairedRuns paired = PairBySeed(a->second, b->second);
+    if (paired.a.empty()) {
+      table.notes.push_back(benchmark + ": " + key.first + " and " + base.first +
+                            " have no seed in common, so they are not compared.");
+      continue;
+    }
+    const Metric& metric = paired.a[0]->headline;
+    const FigureTable of_a = TableOf(metric, paired.a), of_b = TableOf(metric, paired.b);
+    if (of_a[0].empty()) continue;
+    const bool seeded = HasSeeds(a->second) || HasSeeds(b->second);
+    ASSIGN_OR_RETURN(Comparison comparison, ComparePaired(of_a, of_b, seeded, options.bootstrap));
+    table.comparisons.push_back({.benchmark = benchmark,
+                                 .metric = MetricName(metric),
+                                 .variant = key.first,
+                                 .trainer = key.second,
+                                 .baseline = base.first,
+                                 .baseline_trainer = base.second,
+                                 .comparison = comparison});
+  }
+  return absl::OkStatus();
+}
+
+// Names the rows that have fewer seeds on a benchmark than elsewhere.
+void AddSeedNotes(ResultTable& table) {
+  for (const std::string& benchmark : table.benchmarks) {
+    std::string rows;
+    for (const TableRow& row : table.rows) {
+      const auto cell = row.cells.find(benchmark);
+      if (cell == row.cells.end() || cell->second.seeds >= row.seeds) continue;
+      rows += fmt::format("{}{} ({} of {})", rows.empty() ? "" : ", ", row.variant,
+                          cell->second.seeds, row.seeds);
+    }
+    if (!rows.empty()) {
+      table.notes.push_back(benchmark + ": fewer seeds than on other benchmarks for rows " + rows +
+                            ".");
+    }
+  }
+}
+
+void AddNotes(ResultTable& table) {
+  std::set<std::string> told;
+  bool single_seed = false;
+  for (const TableRow& row : table.rows) {
+    for (const auto& [benchmark, cell] : row.cells) {
+      single_seed = single_seed || cell.seeds == 1;
+      if (cell.pairs_published > 0 && cell.headline.pairs != cell.pairs_published &&
+          told.insert(benchmark).second) {
+        table.notes.push_back(fmt::format(
+            "{}: {} pairs, the whole set has {}: not comparable with published figures.", benchmark,
+            cell.headline.pairs, cell.pairs_published));
+      }
+      if (cell.headline.pairs == 1 && told.insert(benchmark + "/one").second) {
+        table.notes.push_back(benchmark + ": one pair; intervals say nothing of other pictures.");
+      }
+    }
+  }
+  AddSeedNotes(table);
+  if (single_seed) {
+    table.notes.push_back(
+        "Rows with one seed: the spread between seeds is not known, so they are not told apart.");
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<ResultTable> MakeTable(const std::vector<Evaluation>& evaluations,
+                                      const TableOptions& options) {
+  if (evaluations.empty()) return InvalidArgument("a table of no score files");
+  const Collection collection(evaluations);
+  RETURN_IF_ERROR(collection.Check());
+  ResultTable table{.benchmarks = collection.Benchmarks()};
+  const std::vector<RowKey> rows = collection.Rows(options.variant_order);
+  ASSIGN_OR_RETURN(const std::string baseline, ChooseBaseline(rows, options.baseline));
+  for (const RowKey& key : rows) {
+    TableRow row{.variant = key.first, .trainer = key.second, .seeds = collection.SeedsOf(key)};
+    for (const auto& [benchmark, runs] : collection.Of(key)) {
+      ASSIGN_OR_RETURN(row.cells[benchmark], MakeCell(runs, options.bootstrap));
+    }
+    table.rows.push_back(std::move(row));
+  }
+  for (const RowKey& key : rows) {
+    const RowKey base = BaselineOf(collection, rows, key, baseline);
+    if (base == key) continue;
+    RETURN_IF_ERROR(AddComparisons(collection, key, base, options, table));
+  }
+  AddNotes(table);
+  return table;
+}
+
+}  // namespace parallax

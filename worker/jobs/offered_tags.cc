@@ -1,0 +1,17 @@
+#include "worker/jobs/offered_tags.h"
+
+#include "common/base/ability_tags.h"
+#include "worker/evaluate/benchmark.h"
+
+namespace parallax {
+
+std::vector<std::string> AbilityTagsOf(const JobOptions& options) {
+  std::vector<std::string> tags;
+  for (const std::string& name : options.trainers.Names()) tags.push_back(TrainerTag(name));
+  for (const std::string& name : InstalledBenchmarks(options.benchmarks_dir)) {
+    tags.push_back(BenchmarkTag(name));
+  }
+  return tags;
+}
+
+}  // namespace parallax

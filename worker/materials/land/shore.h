@@ -1,0 +1,10 @@
+// Family `shore`. Private to worker/materials.
+#pragma once
+
+#include "worker/materials/kernel/material_families.h"
+
+namespace parallax {
+
+void AddShoreMaterials(MaterialList& list);
+
+}  // namespace parallax

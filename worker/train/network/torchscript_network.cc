@@ -1,0 +1,116 @@
+#include <ATen/Parallel.h>
+#include <torch/script.h>
+#include <torch/version.h>
+
+#include <new>
+#include <sstream>
+
+#include "worker/train/network/network_backend.h"
+
+namespace parallax {
+namespace {
+
+using torch::Tensor;
+
+std::string FirstLine(const std::exception& error) {
+  const std::string text = error.what();
+  return text.substr(0, text.find('\n'));
+}
+
+// The last line of the text in which torch tells what went wrong in a script: the first ones tell
+// where.
+std::string Reason(const std::exception& error) {
+  std::istringstream lines(error.what());
+  std::string reason;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find("Error: ") != std::string::npos) reason = line;
+  }
+  return reason.empty() ? FirstLine(error) : reason;
+}
+
+// Appends all tensors of a tensor, a tuple, a list or a dictionary, in their order.
+void Collect(const torch::IValue& value, std::vector<Tensor>& tensors) {
+  if (value.isTensor()) tensors.push_back(value.toTensor());
+  if (value.isTuple()) {
+    for (const torch::IValue& one : value.toTupleRef().elements()) Collect(one, tensors);
+  }
+  if (value.isList()) {
+    for (const torch::IValue& one : value.toListRef()) Collect(one, tensors);
+  }
+  if (value.isGenericDict()) {
+    for (const auto& entry : value.toGenericDict()) Collect(entry.value(), tensors);
+  }
+}
+
+class TorchScriptBackend : public NetworkBackend {
+ public:
+  TorchScriptBackend(torch::jit::Module module, int inputs)
+      : module_(std::move(module)), inputs_(inputs) {}
+
+  int inputs() const override { return inputs_; }
+  cv::Size size() const override { return {}; }
+
+  absl::StatusOr<NetworkOutput> Run(const std::vector<cv::Mat>& inputs, int output) override {
+    const torch::NoGradGuard no_grad;
+    std::vector<Tensor> tensors;
+    try {
+      std::vector<torch::IValue> values;
+      for (const cv::Mat& input : inputs) {
+        values.emplace_back(torch::from_blob(
+            input.data, {1, input.size[1], input.size[2], input.size[3]}, torch::kFloat));
+      }
+      Collect(module_.forward(values), tensors);
+      ASSIGN_OR_RETURN(const size_t number, OutputNumber(output, tensors.size()));
+      const Tensor given = tensors[number].to(torch::kFloat).contiguous();
+      const float* const values_of = given.data_ptr<float>();
+      return NetworkOutput{given.sizes().vec(), {values_of, values_of + given.numel()}};
+    } catch (const std::bad_alloc&) {
+      return ResourceExhausted("no memory for the network");
+    } catch (const std::exception& error) {
+      const std::string reason = Reason(error);
+      const bool memory = reason.find("can't allocate memory") != std::string::npos;
+      return memory ? ResourceExhausted("{}", reason) : Internal("the network failed: {}", reason);
+    }
+  }
+
+ private:
+  torch::jit::Module module_;
+  int inputs_;
+};
+
+// The number of arguments of forward that have no default.
+int InputsOf(const torch::jit::Module& module) {
+  int inputs = 0;
+  for (const c10::Argument& argument :
+       module.get_method("forward").function().getSchema().arguments()) {
+    inputs += argument.name() != "self" && !argument.default_value();
+  }
+  return inputs;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<NetworkBackend>> LoadTorchScript(const std::string& bytes,
+                                                                const std::string& name,
+                                                                int threads) {
+  if (threads > 0) at::set_num_threads(threads);
+  try {
+    std::istringstream stream(bytes);
+    torch::jit::Module module = torch::jit::load(stream, torch::kCPU);
+    module.eval();
+    const int inputs = InputsOf(module);
+    if (inputs != 1 && inputs != 2) {
+      return InvalidArgument(
+          "{}: forward takes {} arguments, but must take left and right, or one "
+          "tensor of both",
+          name, inputs);
+    }
+    return std::unique_ptr<NetworkBackend>(
+        std::make_unique<TorchScriptBackend>(std::move(module), inputs));
+  } catch (const std::exception& error) {
+    return InvalidArgument("{}: libtorch " TORCH_VERSION " cannot load it as TorchScript: {}", name,
+                           FirstLine(error));
+  }
+}
+
+}  // namespace parallax

@@ -1,0 +1,152 @@
+#include "worker/train/trained_predictor.h"
+
+#include <ATen/Parallel.h>
+#include <torch/nn/functional.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "worker/train/network/checkpoint.h"
+
+namespace parallax {
+namespace {
+
+namespace F = torch::nn::functional;
+using torch::Tensor;
+
+// A second look pays from this enlargement on.
+// The nearest things decide how far a pair may be enlarged: this part of the first disparities is
+// not larger than theirs, and the search goes somewhat beyond them.
+constexpr double kNearestShare = 0.995, kDisparityMargin = 1.1;
+
+int RoundUp(double value, int multiple) {
+  return static_cast<int>(std::ceil(value / multiple - 1e-9)) * multiple;
+}
+
+// (1, 3, padded height, padded width) in [0, 1]; the last row and column are repeated.
+Tensor ToTensor(const ImageRgb8& image, const NetworkSize& size) {
+  cv::Mat pixels(image.height(), image.width(), CV_8UC3, const_cast<uint8_t*>(image.data()));
+  if (size.width != image.width() || size.height != image.height()) {
+    const bool larger = size.width > image.width();
+    cv::resize(pixels, pixels, cv::Size(size.width, size.height), 0, 0,
+               larger ? cv::INTER_CUBIC : cv::INTER_AREA);
+  }
+  const Tensor bytes = torch::from_blob(pixels.data, {size.height, size.width, 3}, torch::kByte);
+  const Tensor planes = bytes.permute({2, 0, 1}).to(torch::kFloat).div(255).unsqueeze(0);
+  return F::pad(planes, F::PadFuncOptions({0, size.padded_width - size.width, 0,
+                                           size.padded_height - size.height})
+                            .mode(torch::kReplicate));
+}
+
+// The name of the first weight that has a value that is not finite; empty if there is none.
+std::string FirstNotFinite(const StereoNetwork& network) {
+  for (const auto& weight : network.named_parameters()) {
+    if (!at::isfinite(weight.value()).all().item<bool>()) return weight.key();
+  }
+  return "";
+}
+
+NetworkSize SizeAt(int width, int height, double scale, double max_disparity) {
+  NetworkSize size;
+  size.width = std::max(1, static_cast<int>(std::lround(width * scale)));
+  size.height = std::max(1, static_cast<int>(std::lround(height * scale)));
+  size.padded_width = RoundUp(size.width, static_cast<int>(kSizeMultiple));
+  size.padded_height = RoundUp(size.height, static_cast<int>(kSizeMultiple));
+  size.max_disparity = std::clamp(RoundUp(max_disparity, 16), 32, kNetworkDisparity);
+  return size;
+}
+
+}  // namespace
+
+NetworkSize ChooseNetworkSize(int width, int height, int trained_disparity, double max_disparity) {
+  double scale = std::min(1.0, static_cast<double>(kNetworkWidth) / width);
+  if (max_disparity > 0) scale = std::min(scale, kNetworkDisparity / max_disparity);
+  return SizeAt(width, height, scale,
+                max_disparity > 0 ? max_disparity * scale : trained_disparity);
+}
+
+double ChooseEnlargement(const ImageF& disparity_px, int trained_disparity) {
+  std::vector<float> seen(disparity_px.values().begin(), disparity_px.values().end());
+  const auto far =
+      seen.begin() + static_cast<int64_t>(kNearestShare * static_cast<double>(seen.size()));
+  std::nth_element(seen.begin(), far, seen.end());
+  const double room = trained_disparity / std::max(1.0, kDisparityMargin * *far);
+  return std::min({kMostEnlarged, static_cast<double>(kNetworkWidth) / disparity_px.width(), room});
+}
+
+struct Predictor::State {
+  std::shared_ptr<StereoNetwork> network = std::make_shared<StereoNetwork>();
+  int trained_disparity = 192;
+  bool one_scale = false;  // It was trained at one scale, and is not shown another.
+
+  // One pass of the network. Disparities are in pixels of the input.
+  absl::StatusOr<ImageF> See(const ImageRgb8& left, const ImageRgb8& right,
+                             const NetworkSize& size) const;
+};
+
+absl::StatusOr<ImageF> Predictor::State::See(const ImageRgb8& left, const ImageRgb8& right,
+                                             const NetworkSize& size) const {
+  const torch::NoGradGuard no_grad;
+  Tensor disparity;
+  try {
+    disparity =
+        network->Forward(ToTensor(left, size), ToTensor(right, size), size.max_disparity).disparity;
+  } catch (const std::exception& error) {
+    const std::string text = error.what();
+    return ResourceExhausted("{}", text.substr(0, text.find('\n')));
+  }
+  disparity = disparity.slice(2, 0, size.height).slice(3, 0, size.width).contiguous();
+  const double scale = static_cast<double>(left.width()) / size.width;
+  cv::Mat small(size.height, size.width, CV_32F, disparity.data_ptr<float>()), full;
+  cv::resize(small, full, cv::Size(left.width(), left.height()), 0, 0, cv::INTER_LINEAR);
+  ImageF result(left.width(), left.height());
+  for (int y = 0; y < left.height(); ++y) {
+    const float* row = full.ptr<float>(y);
+    for (int x = 0; x < left.width(); ++x) {
+      if (!std::isfinite(row[x])) {
+        return Internal("the network's disparity at pixel ({}, {}) is not finite", x, y);
+      }
+      result(x, y) = static_cast<float>(std::max(0.0, scale * row[x]));
+    }
+  }
+  return result;
+}
+
+Predictor::Predictor(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Predictor::Predictor(Predictor&&) noexcept = default;
+Predictor::~Predictor() = default;
+
+absl::StatusOr<Predictor> Predictor::Load(const std::string& path) {
+  auto state = std::make_unique<State>();
+  ASSIGN_OR_RETURN(const Checkpoint checkpoint, ReadCheckpoint(path, *state->network));
+  SetWeights(*state->network, checkpoint.state.average);
+  if (const std::string name = FirstNotFinite(*state->network); !name.empty()) {
+    return DataLoss("{}: weight {} is not finite: its training has diverged", path, name);
+  }
+  state->trained_disparity = checkpoint.settings.value("max_disparity", 192);
+  state->one_scale = checkpoint.settings.value("scale_high", 0.0) <= 0;
+  return Predictor(std::move(state));
+}
+
+absl::StatusOr<ImageF> Predictor::Predict(const ImageRgb8& left, const ImageRgb8& right,
+                                          const PredictOptions& options) const {
+  if (left.empty() || left.width() != right.width() || left.height() != right.height()) {
+    return InvalidArgument("the left image is {}x{} px, the right {}x{}", left.width(),
+                           left.height(), right.width(), right.height());
+  }
+  if (options.threads > 0) at::set_num_threads(options.threads);
+  const int width = left.width(), height = left.height();
+  ASSIGN_OR_RETURN(ImageF first,
+                   state_->See(left, right,
+                               ChooseNetworkSize(width, height, state_->trained_disparity,
+                                                 options.max_disparity)));
+  const double scale = ChooseEnlargement(first, state_->trained_disparity);
+  if (state_->one_scale || scale < kLeastEnlarged) return first;
+  const double search =
+      options.max_disparity > 0 ? options.max_disparity * scale : state_->trained_disparity;
+  return state_->See(left, right, SizeAt(width, height, scale, search));
+}
+
+}  // namespace parallax

@@ -1,0 +1,68 @@
+// Predicts the disparities of any stereo pair by a checkpoint. This header does not include torch.
+//
+// Sizes and ranges: the pair is padded to a multiple of 32 px. A pair wider than kNetworkWidth is
+// reduced to that width first and its disparities are scaled back. At the size that the network
+// sees it searches `max_disparity` px (by default as far as it was trained, 192), at most
+// kNetworkDisparity: for more, the pair is reduced further. Truth beyond the range is missed, never
+// reported as an error.
+//
+// A smaller pair is predicted twice: the first disparities tell how far it may be enlarged, up to
+// kNetworkWidth and kMostEnlarged, so that the search still reaches them. The errors of the network
+// are the same in its own pixels, so they are smaller in those of the input. A network that was
+// trained without changes of scale gets no second look.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "common/base/status.h"
+#include "common/image/image.h"
+#include "worker/train/network/settings.h"
+
+namespace parallax {
+
+// Search range and threads.
+struct PredictOptions {
+  // Pixels of the input; 0: the range of training, at the network's size.
+  double max_disparity = 0;
+  int threads = 0;  // 0: as torch chooses.
+};
+
+// The size at which the network sees an input.
+struct NetworkSize {
+  int width = 0, height = 0;                // After reduction or enlargement.
+  int padded_width = 0, padded_height = 0;  // Multiples of 32.
+  int max_disparity = 0;                    // A multiple of 16.
+};
+
+// Chooses the size at which the network sees the pair.
+NetworkSize ChooseNetworkSize(int width, int height, int trained_disparity, double max_disparity);
+
+// Returns the factor by which the input is enlarged for a second prediction; below kLeastEnlarged
+// there is none. `disparity_px` is the first prediction, in pixels of the input.
+double ChooseEnlargement(const ImageF& disparity_px, int trained_disparity);
+
+// Thread-safe after Load.
+class Predictor {
+ public:
+  // Loads a checkpoint. Errors: those of ReadCheckpoint; kDataLoss for a weight that is not finite,
+  // naming it.
+  static absl::StatusOr<Predictor> Load(const std::string& checkpoint);
+
+  // Returns the disparity of each left pixel in pixels of the input, finite, >= 0, of the input's
+  // size. The same pair, options and threads give the same bytes. Errors: kInvalidArgument for an
+  // empty image or two sizes; kResourceExhausted when memory is short; kInternal for a disparity
+  // that is not finite.
+  absl::StatusOr<ImageF> Predict(const ImageRgb8& left, const ImageRgb8& right,
+                                 const PredictOptions& options) const;
+
+  Predictor(Predictor&&) noexcept;
+  ~Predictor();
+
+ private:
+  struct State;
+  explicit Predictor(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace parallax

@@ -31,6 +31,28 @@ WORKER_LEVELS = (
 # The agent uses no other folder: the work of jobs is injected into it.
 USES_NO_OTHER = ("agent",)
 
+# The same inside of folders, from the bottom up. A room is a folder, or a file beside the folders: `name` is a pair, `name.h` the header
+# alone. A folder's other files stand on top.
+INNER_LEVELS = {
+    "worker/dataset": ("frame", "archive", "verify export sheets"),
+    "worker/render": ("surface", "scene", "lights camera", "paths", "renderer.h", "film", "truth"),
+    "worker/assets": ("asset.h", "kernel", "asset_families parts detail", "plants", "household building", "furniture lamps nature", "files"),
+    "worker/materials": ("kernel", "pictures", "land", "art"),
+    "worker/layout": ("anneal/footprint.h", "anneal/wish.h", "anneal/room_table", "plan", "anneal", "rooms"),
+    "worker/scene/types/nature": ("rules", "ground", "nature.h", "walk", "biomes"),
+    "worker/train": ("network", "contract", "data"),
+    "worker/jobs": ("files", "training"),
+    "coordinator/queue": ("job_state.h commands/policy database/fail_point reads/farm_history.h", "job_kind", "job_queue.h", "database", "tables", "commands", "reads", "kinds"),
+    "coordinator/client": ("exit_code interrupt", "cancellable", "views/text views/terminal", "app.h connection", "command.h", "views", "content farm", "runs", "scene_source", "commands"),
+}
+
+# A folder has at most so many source files. A registry's folder may have more: one kind, one file.
+MOST_FILES = 30
+REGISTRIES = ()
+
+# Trees that mirror each other, so that both may have a file of one name.
+MIRRORED = {("coordinator/queue/kinds", "worker/jobs")}
+
 
 def tracked(*patterns):
     """Paths in git, also those not added yet, or of the whole tree where there is no git."""
@@ -145,6 +167,49 @@ def worker_order():
             below = level_of.get(other, len(WORKER_LEVELS)) < level_of[folder] and folder not in USES_NO_OTHER
             if other != folder and not below:
                 yield f"{path}:{number}: {folder} includes {header}, which stands above it or beside it"
+
+
+def room_of(path, folder, rooms):
+    """The room of INNER_LEVELS that a file belongs to; None: the folder itself."""
+    inner = path[len(folder) + 1:]
+    names = [inner, inner.rsplit(".", 1)[0]] + [str(parent) for parent in Path(inner).parents if str(parent) != "."]
+    return next((name for name in names if name in rooms), None)
+
+
+def inner_order():
+    """Inside of the folders of INNER_LEVELS, includes point to lower levels; rooms of one level do not use each other."""
+    for folder, levels in INNER_LEVELS.items():
+        level_of = {room: level for level, rooms in enumerate(levels) for room in rooms.split()}
+        for path in sources(folder.split("/")[0]):
+            if not path.startswith(folder + "/"):
+                continue
+            room = room_of(path, folder, level_of)
+            for number, header in includes(path):
+                if not header.startswith(folder + "/") or header.endswith(".pb.h") or header[:-2] == path.rsplit(".", 1)[0]:
+                    continue
+                other = room_of(header, folder, level_of)
+                if other != room and level_of.get(other, len(levels)) >= level_of.get(room, len(levels)):
+                    yield f"{path}:{number}: {room or folder} includes {header}, which stands above it or beside it"
+
+
+def folder_sizes():
+    """No folder has more than MOST_FILES source files."""
+    files = defaultdict(int)
+    for path in tracked("*.h", "*.cc", "*.py", "*.js"):
+        files[str(Path(path).parent)] += 1
+    for folder, count in sorted(files.items()):
+        if count > MOST_FILES and folder not in REGISTRIES:
+            yield f"{folder} has {count} source files, at most {MOST_FILES}: give it rooms"
+
+
+def own_names():
+    """No two sources have one name, but for main.cc and those of mirrored trees."""
+    folders = defaultdict(list)
+    for path in tracked("*.h", "*.cc", "*.py", "*.js"):
+        folders[Path(path).name].append(str(Path(path).parent))
+    for name, places in sorted(folders.items()):
+        if len(places) > 1 and name not in ("main.cc", "__init__.py") and tuple(sorted(places)) not in MIRRORED:
+            yield f"{name} is in {', '.join(sorted(places))}"
 
 
 def readable_ranges():

@@ -12,7 +12,7 @@
 #include "worker/evaluate/evaluation.h"
 #include "worker/evaluate/predictors/fill_holes.h"
 #include "worker/evaluate/predictors/predictor.h"
-#include "worker/evaluate/predictors/run_command.h"
+#include "worker/evaluate/predictors/predictor_command.h"
 
 namespace parallax {
 namespace {

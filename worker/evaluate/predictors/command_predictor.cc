@@ -4,7 +4,7 @@
 #include "common/base/status.h"
 #include "common/base/system/file.h"
 #include "worker/evaluate/predictors/predictor.h"
-#include "worker/evaluate/predictors/run_command.h"
+#include "worker/evaluate/predictors/predictor_command.h"
 
 namespace parallax {
 namespace {

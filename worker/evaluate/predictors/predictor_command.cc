@@ -1,4 +1,4 @@
-#include "worker/evaluate/predictors/run_command.h"
+#include "worker/evaluate/predictors/predictor_command.h"
 
 #include <fmt/core.h>
 #include <signal.h>

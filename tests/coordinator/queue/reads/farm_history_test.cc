@@ -1,7 +1,7 @@
 // The farm's figures outlive a restart, and are bounded.
 #include <sqlite3.h>
 
-#include "queue_fixture.h"
+#include "tests/coordinator/queue/queue_fixture.h"
 
 namespace parallax {
 namespace {

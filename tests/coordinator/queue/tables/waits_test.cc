@@ -2,7 +2,7 @@
 #include <sqlite3.h>
 
 #include "coordinator/queue/database_tools.h"
-#include "queue_fixture.h"
+#include "tests/coordinator/queue/queue_fixture.h"
 #include "tests/noop/noop_kind.h"
 
 namespace parallax {

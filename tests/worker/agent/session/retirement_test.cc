@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "agent_fixture.h"
+#include "tests/worker/agent/agent_fixture.h"
 
 namespace parallax {
 namespace {

@@ -20,4 +20,9 @@ inline double SecondsBetween(SteadyTime from, SteadyTime to) {
   return std::chrono::duration<double>(to - from).count();
 }
 
+// Returns the seconds from `from` to now.
+inline double SecondsSince(SteadyTime from) {
+  return SecondsBetween(from, std::chrono::steady_clock::now());
+}
+
 }  // namespace parallax

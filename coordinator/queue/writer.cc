@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "common/base/seconds.h"
+
 namespace parallax {
 namespace {
 
@@ -239,8 +241,7 @@ absl::Status Writer::Commit() {
   if (const absl::Status status = fail_point_.Step(); !status.ok()) Fatal(status);
   const auto begin = std::chrono::steady_clock::now();
   const absl::Status status = db_.Run("COMMIT");
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double seconds = SecondsSince(begin);
   if (!status.ok()) {
     if (status.code() == absl::StatusCode::kResourceExhausted) return status;
     Fatal(WithContext(status, "commit"));
@@ -277,8 +278,7 @@ void Writer::CheckpointIfLong() {
   }
   checkpointed_at_ = wal_pages_;
   if (const absl::Status after = fail_point_.Step(); !after.ok()) Fatal(after);
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double seconds = SecondsSince(begin);
   const std::lock_guard lock(mutex_);
   ++stats_.checkpoints;
   stats_.checkpoint_seconds += seconds;

@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "common/base/names.h"
+#include "common/base/seconds.h"
 #include "common/base/system/log.h"
 #include "common/config/content_folders.h"
 #include "common/store/content.h"
@@ -72,7 +73,7 @@ std::set<std::string> ContentKeeper::ListsOfSubmits() {
   const std::lock_guard lock(mu_);
   std::set<std::string> lists;
   for (auto it = submitted_.begin(); it != submitted_.end();) {
-    const bool over = std::chrono::duration<double>(now - it->second).count() >= kSubmit_s;
+    const bool over = SecondsBetween(it->second, now) >= kSubmit_s;
     if (!over) lists.insert(it->first);
     it = over ? submitted_.erase(it) : std::next(it);
   }
@@ -107,7 +108,7 @@ absl::StatusOr<int> ContentKeeper::Sweep(const std::vector<std::string>& lists) 
     }
     // Who notes the file after this finds it gone, and puts it again.
     const SteadyTime since = unused_since_.try_emplace(sha256, now).first->second;
-    if (std::chrono::duration<double>(now - since).count() < options_.keep_s) continue;
+    if (SecondsBetween(since, now) < options_.keep_s) continue;
     RETURN_IF_ERROR(store_.RemoveTree(entry.path));
     unused_since_.erase(sha256);
     if (bytes_ >= 0) bytes_ -= entry.size;

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <filesystem>
 
+#include "common/base/seconds.h"
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
 #include "worker/evaluate/shrink_picture.h"
@@ -165,7 +166,7 @@ absl::StatusOr<Evaluation> Evaluate(Predictor& predictor, const Benchmark& whole
                         .pairs_published = benchmark.pairs_published,
                         .run = options.run,
                         .predictor = predictor.name()};
-  evaluation.seconds = std::chrono::duration<double>(options.clock->Steady() - start).count();
+  evaluation.seconds = SecondsBetween(start, options.clock->Steady());
   ASSIGN_OR_RETURN(evaluation.images, ScoreAll(benchmark, tasks, options));
   std::error_code error;
   for (const PredictionTask& task : tasks) {

@@ -73,7 +73,6 @@ absl::StatusOr<Comparison> ComparePaired(const FigureTable& a, const FigureTable
 
 // Returns the value that Student's t with `degrees` > 0 (not necessarily whole) exceeds with
 // probability 1 - `probability`, for probabilities in [0.5, 1).
-// Source: Abramowitz and Stegun 26.7.1, by the incomplete beta function's continued fraction.
 double StudentQuantile(double probability, double degrees);
 
 }  // namespace parallax

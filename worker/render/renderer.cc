@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "common/base/seconds.h"
 #include "common/base/system/clock.h"
 #include "common/base/system/memory_budget.h"
 #include "common/math/proto.h"
@@ -29,10 +30,6 @@ namespace {
 
 constexpr int kBytesPerPixel = 400;  // Both eyes' films and maps, the denoiser's buffers.
 constexpr int kFlowBytesPerPixel = 52;
-
-double SecondsSince(SteadyTime start) {
-  return std::chrono::duration<double>(Clock::System().Steady() - start).count();
-}
 
 bool HasMap(const v1::RenderConfig& config, const char* map) {
   return std::find(config.maps().begin(), config.maps().end(), map) != config.maps().end();

@@ -6,6 +6,7 @@
 #include <utility>
 #include <variant>
 
+#include "common/base/seconds.h"
 #include "common/base/system/clock.h"
 #include "common/base/version.h"
 #include "common/config/stages.h"
@@ -18,10 +19,6 @@
 
 namespace parallax {
 namespace {
-
-double SecondsSince(SteadyTime start) {
-  return std::chrono::duration<double>(Clock::System().Steady() - start).count();
-}
 
 // The layout of the job, or a new one, which `result` then holds too. Nothing when the seed has
 // none: `result` says why.

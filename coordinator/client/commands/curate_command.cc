@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "common/base/seconds.h"
 #include "common/base/status.h"
 #include "common/base/system/file.h"
 #include "common/config/config.h"
@@ -160,8 +161,7 @@ class Curation {
     if (!session_.err().interactive) return;
     const int64_t all = done_ + done;
     if (first_ < 0) first_ = all;
-    const double elapsed_s =
-        std::chrono::duration<double>(session_.environment.clock->Steady() - start_).count();
+    const double elapsed_s = SecondsBetween(start_, session_.environment.clock->Steady());
     *session_.err().stream << "\r\033[K" << variant << ": " << FormatCount(all) << " of "
                            << FormatCount(total_) << " scored";
     if (all > first_) {

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "common/base/seconds.h"
+
 namespace parallax {
 
 void LeaseBook::Add(const LeaseRef& lease) {
@@ -67,7 +69,7 @@ std::vector<v1::AttemptId> LeaseBook::Heartbeat(const std::string& worker,
 }
 
 double LeaseBook::Age(const Entry& entry) const {
-  return std::chrono::duration<double>(clock_.Steady() - entry.heard).count();
+  return SecondsBetween(entry.heard, clock_.Steady());
 }
 
 std::vector<LeaseRef> LeaseBook::Expired() const {

@@ -13,6 +13,7 @@
 #include <random>
 #include <thread>
 
+#include "common/base/seconds.h"
 #include "common/store/store.h"
 #include "tests/bench/program_main.h"
 
@@ -76,8 +77,7 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   ASSIGN_OR_RETURN(const auto store, OpenStore(arguments.uri));
   const auto begin = std::chrono::steady_clock::now();
   const absl::Status written = WritePairs(arguments, *store);
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double seconds = SecondsSince(begin);
   RETURN_IF_ERROR(store->RemoveTree(kPrefix));
   RETURN_IF_ERROR(written);
   const nlohmann::ordered_json line = {{"bench", "store"},

@@ -3,6 +3,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "common/base/seconds.h"
 #include "common/base/status.h"
 #include "common/base/system/clock.h"
 #include "common/image/io.h"
@@ -18,7 +19,7 @@ void Report(const std::string& name, const auto& encode) {
   for (int i = 0; i < kRounds; ++i) {
     const SteadyTime begin = Clock::System().Steady();
     const absl::StatusOr<std::string> bytes = encode();
-    const double seconds = std::chrono::duration<double>(Clock::System().Steady() - begin).count();
+    const double seconds = SecondsSince(begin);
     best = std::min(best, seconds);
     size = bytes.ok() ? bytes->size() : 0;
   }

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "common/base/seconds.h"
 #include "common/config/config.h"
 #include "tests/bench/render/demo_room.h"
 #include "worker/scene/solve_scene.h"
@@ -54,8 +55,7 @@ absl::StatusOr<LoadedScene> LoadScene(const std::string& path, uint64_t seed) {
     RETURN_IF_ERROR(UpgradeScene(loaded.recipe));
     ASSIGN_OR_RETURN(loaded.geometry, BuildSceneGeometry(loaded.recipe));
   }
-  loaded.geometry_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  loaded.geometry_s = SecondsSince(start);
   return loaded;
 }
 

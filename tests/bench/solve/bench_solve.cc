@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/seconds.h"
 #include "common/base/system/clock.h"
 #include "common/config/config.h"
 #include "worker/scene/build_geometry.h"
@@ -93,7 +94,7 @@ int Main(const Options& options) {
     const SteadyTime start = Clock::System().Steady();
     const double mesh_start = CpuSeconds();
     const SceneGeometry geometry = BuildSceneGeometry(result->scene()).value();
-    mesh_s.push_back(std::chrono::duration<double>(Clock::System().Steady() - start).count());
+    mesh_s.push_back(SecondsSince(start));
     mesh_cpu_s.push_back(CpuSeconds() - mesh_start);
     objects.push_back(result->scene().objects_size());
     double count = 0, own = 0;

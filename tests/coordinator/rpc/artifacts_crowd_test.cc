@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "common/base/hash.h"
+#include "common/base/seconds.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "common/rpc/remote_store.h"
@@ -71,9 +72,6 @@ class ArtifactsCrowd : public testing::Test {
 
   absl::Status PutBy(const std::string& worker, const std::string& path) {
     return MakeRemoteStore(Channel(), {worker, {}})->Put(path, "bytes");
-  }
-  static double SecondsSince(SteadyTime begin) {
-    return std::chrono::duration<double>(Clock::System().Steady() - begin).count();
   }
 
   std::string directory_;

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/base/seconds.h"
 #include "common/base/status.h"
 #include "common/image/io.h"
 #include "tests/bench/program_main.h"
@@ -170,8 +171,7 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   if (no_cache) config.set_cache(v1::RenderConfig::CACHE_OFF);
   const auto start = std::chrono::steady_clock::now();
   ASSIGN_OR_RETURN(const auto renderer, Renderer::Create(scene.recipe, scene.geometry, config));
-  const double build_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double build_s = SecondsSince(start);
   ASSIGN_OR_RETURN(const StereoFrame frame, renderer->RenderRig(rig, {}, {}));
   std::filesystem::create_directories(out);
   RETURN_IF_ERROR(WriteView(out, "left", frame.left));

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <thread>
 
+#include "common/base/seconds.h"
 #include "common/base/status.h"
 #include "common/base/system/log.h"
 #include "common/base/system/log_capture.h"
@@ -134,7 +135,7 @@ class JobSlots::Impl {
       if (hung == nullptr) return false;
       StopRun(*hung, StopCause::kHung);
       place = PlaceOf(*hung);
-      idle_s = std::chrono::duration<double>(clock_.Steady() - hung->progressed).count();
+      idle_s = SecondsBetween(hung->progressed, clock_.Steady());
     }
     const absl::Status status = DeadlineExceeded("no progress for {} s", static_cast<int>(idle_s));
     sink_(FailReport(hung->lease, NamesOf(*hung), WithLog(status, *hung), place));
@@ -145,9 +146,7 @@ class JobSlots::Impl {
     std::lock_guard lock(mu_);
     std::vector<RunningAttempt> running;
     for (const auto& run : runs_) {
-      const double idle_s =
-          run->working ? std::chrono::duration<double>(clock_.Steady() - run->progressed).count()
-                       : 0;
+      const double idle_s = run->working ? SecondsBetween(run->progressed, clock_.Steady()) : 0;
       running.push_back({run->lease.attempt(), run->stop, run->fraction, run->stage, run->figures,
                          idle_s, !run->working, RemainingSeconds(*run)});
     }
@@ -179,7 +178,7 @@ class JobSlots::Impl {
   // Requires mu_.
   double RemainingSeconds(const Run& run) const {
     if (!run.working) return std::numeric_limits<double>::infinity();
-    const double elapsed_s = std::chrono::duration<double>(clock_.Steady() - run.started).count();
+    const double elapsed_s = SecondsBetween(run.started, clock_.Steady());
     if (run.fraction >= kTellingFraction) return elapsed_s * (1 - run.fraction) / run.fraction;
     const auto usual = usual_s_.find(run.lease.kind());
     if (usual == usual_s_.end()) return std::numeric_limits<double>::infinity();
@@ -237,7 +236,7 @@ class JobSlots::Impl {
   }
 
   void Finish(Run& run, const Outcome& outcome) {
-    const double wall_s = std::chrono::duration<double>(clock_.Steady() - run.started).count();
+    const double wall_s = SecondsBetween(run.started, clock_.Steady());
     EndedAttempt ended;
     ended.attempt = run.lease.attempt();
     ended.succeeded = outcome.ok();

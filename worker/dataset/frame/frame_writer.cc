@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/hash.h"
+#include "common/base/seconds.h"
 #include "common/base/system/clock.h"
 #include "common/base/system/file.h"
 #include "common/config/frame_files.h"
@@ -135,10 +136,6 @@ absl::StatusOr<v1::FileEntry> WriteEntry(const std::string& dir, const std::stri
   entry.set_size(static_cast<int64_t>(bytes.size()));
   entry.set_sha256(Sha256Hex(bytes));
   return entry;
-}
-
-double SecondsSince(SteadyTime begin) {
-  return std::chrono::duration<double>(Clock::System().Steady() - begin).count();
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "common/base/hash.h"
+#include "common/base/seconds.h"
 #include "common/base/status.h"
 #include "common/base/system/clock.h"
 #include "common/base/system/log.h"
@@ -163,7 +164,7 @@ absl::StatusOr<v1::RenderResult> RenderFrames(const v1::RenderJob& job,
   if (renderer == nullptr) {
     const SteadyTime begin = Clock::System().Steady();
     ASSIGN_OR_RETURN(renderer, factory(job.scene(), job.render()));
-    result.set_build_s(std::chrono::duration<double>(Clock::System().Steady() - begin).count());
+    result.set_build_s(SecondsSince(begin));
   }
   const absl::Status status = RenderAll(job, context, rigs, *renderer, cpu_begin_s, result);
   // A cancelled job's scene is likely to come again; after any other error start afresh.

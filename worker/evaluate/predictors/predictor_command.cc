@@ -10,6 +10,7 @@
 #include <fstream>
 #include <thread>
 
+#include "common/base/seconds.h"
 #include "common/base/system/child_process.h"
 
 namespace parallax {
@@ -67,7 +68,7 @@ absl::Status RunCommand(const CommandOptions& options) {
       child->Kill();
       return Failed(absl::StatusCode::kCancelled, options, "was stopped");
     }
-    const double elapsed_s = std::chrono::duration<double>(options.clock->Steady() - start).count();
+    const double elapsed_s = SecondsBetween(start, options.clock->Steady());
     if (elapsed_s > options.limit_s) {
       child->Kill();
       return Failed(absl::StatusCode::kDeadlineExceeded, options,

@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "common/base/hash.h"
+#include "common/base/seconds.h"
 #include "common/base/system/child_process.h"
 #include "common/base/system/file.h"
 #include "common/base/system/log.h"
@@ -152,10 +153,8 @@ class Training {
     return absl::OkStatus();
   }
 
-  double TrainSeconds() const { return earlier_s_ + SecondsSince(began_); }
-  double SecondsSince(SteadyTime then) const {
-    return std::chrono::duration<double>(plan_.clock->Steady() - then).count();
-  }
+  double TrainSeconds() const { return earlier_s_ + SecondsAgo(began_); }
+  double SecondsAgo(SteadyTime then) const { return SecondsBetween(then, plan_.clock->Steady()); }
 
   // ---- While it runs
   absl::Status Watch(ChildProcess& child) {
@@ -208,7 +207,7 @@ class Training {
   absl::Status Stop(ChildProcess& child) {
     child.Terminate();
     const SteadyTime told = plan_.clock->Steady();
-    while (!child.Poll() && SecondsSince(told) < kStop_s) std::this_thread::sleep_for(kPoll);
+    while (!child.Poll() && SecondsAgo(told) < kStop_s) std::this_thread::sleep_for(kPoll);
     const std::optional<int> ended = child.Poll();
     child.Kill();
     // If a checkpoint can't be kept, an older one is there.

@@ -3,7 +3,6 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <fmt/core.h>
-#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -15,6 +14,7 @@
 
 #include "common/base/status.h"
 #include "common/base/system/file.h"
+#include "common/base/system/secret.h"
 
 namespace parallax {
 namespace {
@@ -291,18 +291,6 @@ class LocalStore final : public Store {
   const std::string id_;
 };
 
-absl::StatusOr<std::string> NewId() {
-  unsigned char bytes[16];
-  if (::getrandom(bytes, sizeof bytes, 0) != sizeof bytes)
-    return ErrnoError(errno, "random number");
-  std::string hex;
-  for (const unsigned char byte : bytes) {
-    hex += "0123456789abcdef"[byte >> 4];
-    hex += "0123456789abcdef"[byte & 15];
-  }
-  return hex;
-}
-
 constexpr std::string_view kMarkerHead = "{\"store\": \"";
 constexpr std::string_view kMarkerTail = "\"}\n";
 
@@ -331,7 +319,7 @@ absl::StatusOr<std::string> TakeMarker(const std::string& folder, const StoreOpt
         folder, kStoreMarker);
   }
   if (id.empty()) {
-    ASSIGN_OR_RETURN(id, NewId());
+    ASSIGN_OR_RETURN(id, NewSecret());
     RETURN_IF_ERROR(WriteFileAtomically(folder + "/" + std::string(kStoreMarker),
                                         std::string(kMarkerHead) + id + std::string(kMarkerTail)));
   }

@@ -63,7 +63,8 @@ struct BenchmarkKind {
 // Returns all kinds: those of the paper's table in its order, then the others.
 const std::vector<BenchmarkKind>& BenchmarkKinds();
 
-// Where deploy/setup.sh puts the pairs that packages ship.
+// Where deploy/setup.sh puts the real pair `shipped` for programs of a build. A package has it in
+// the folder benchmarks/ of its data (Installation).
 inline constexpr char kShippedBenchmarksDir[] = "/opt/parallax/benchmarks";
 
 // Returns the names of the kinds without a path that can be opened in `dir`, in order; those that
@@ -73,7 +74,7 @@ std::vector<std::string> InstalledBenchmarks(const std::string& dir);
 // Opens a benchmark. `what` is a kind's name, or KIND:PATH for kinds that take a path
 // ("list:pairs.txt"), or NAME=KIND:PATH to give it a name of its own; without one it is called
 // after the file or folder. `dir` is the folder of benchmarks; "shipped" is looked for in
-// kShippedBenchmarksDir as well.
+// the place above as well.
 // Errors: kInvalidArgument for an unknown name, listing all; kNotFound naming the first missing
 // file or what was looked for; kDataLoss for a benchmark without any pair.
 absl::StatusOr<Benchmark> OpenBenchmark(const std::string& what, const std::string& dir);

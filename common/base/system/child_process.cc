@@ -10,7 +10,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <limits>
 
 namespace parallax {
 namespace {
@@ -90,7 +89,7 @@ void KillGroup(int) { kill(0, SIGKILL); }
   dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
   dup2(prepared.log, STDOUT_FILENO);
   dup2(prepared.log, STDERR_FILENO);
-  close_range(3, std::numeric_limits<unsigned>::max(), 0);
+  closefrom(3);
   const pid_t program = _Fork();
   if (program == 0) RunProgram(prepared);
   if (program < 0) _exit(kCannotRun);

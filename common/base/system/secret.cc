@@ -1,8 +1,6 @@
 #include "common/base/system/secret.h"
 
-#include <sys/random.h>
-
-#include <cerrno>
+#include <openssl/rand.h>
 
 #include "common/base/hash.h"
 
@@ -10,7 +8,7 @@ namespace parallax {
 
 absl::StatusOr<std::string> NewSecret() {
   unsigned char bytes[16];
-  if (getrandom(bytes, sizeof bytes, 0) != sizeof bytes) return ErrnoError(errno, "random number");
+  if (RAND_bytes(bytes, sizeof bytes) != 1) return Internal("no random numbers from OpenSSL");
   std::string hex;
   for (const unsigned char byte : bytes) {
     hex += "0123456789abcdef"[byte >> 4];

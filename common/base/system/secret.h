@@ -8,8 +8,7 @@
 
 namespace parallax {
 
-// Returns 128 random bits of the operating system as 32 lower-case hex digits. Errors: those of
-// getrandom(2).
+// Returns 128 random bits as 32 lower-case hex digits. Errors: kInternal if OpenSSL has no entropy.
 absl::StatusOr<std::string> NewSecret();
 
 // Returns whether both are equal. The time that it takes does not depend on where they differ.

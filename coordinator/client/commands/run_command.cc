@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/system/cores.h"
+#include "common/base/system/installation.h"
 #include "coordinator/client/command.h"
 #include "coordinator/client/content/ship_content.h"
 #include "coordinator/client/content/study_options.h"
@@ -90,7 +91,7 @@ absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
   run_options.benchmarks_dir = options.benchmarks_dir;
   if (options.page) run_options.page = options.page_listen;
   run_options.workers = options.workers > 0 ? options.workers : DefaultWorkers();
-  RETURN_IF_ERROR(FindWorkerBinary().status());
+  RETURN_IF_ERROR(FindProgram("worker").status());
   RETURN_IF_ERROR(CheckNotInDataset(options.out));
   if (HoldsForeignFiles(options.out)) {
     RETURN_IF_ERROR(session.Confirm(options.out + " holds files that are no dataset", options.yes));

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 
 #include "common/base/hash.h"
 #include "common/base/system/file.h"
+#include "common/base/system/installation.h"
 
 namespace parallax::client {
 namespace {
@@ -18,20 +18,9 @@ namespace {
 namespace fs = std::filesystem;
 
 absl::StatusOr<std::string> FindTrainerProgram(const std::string& given) {
-  const char* named = std::getenv("PARALLAX_TRAINER");
-  const std::string wanted = !given.empty() ? given : named != nullptr ? named : "";
-  if (!wanted.empty()) {
-    if (access(wanted.c_str(), X_OK) == 0) return fs::absolute(wanted).string();
-    return ErrnoError(errno, "the trainer program " + wanted);
-  }
-  std::error_code error;
-  const fs::path self = fs::read_symlink("/proc/self/exe", error);
-  const std::string beside = self.parent_path() / "trainer";
-  if (access(beside.c_str(), X_OK) == 0) return beside;
-  return NotFound(
-      "the program `trainer` was not found beside this one ({}); name it with --trainer-program or "
-      "$PARALLAX_TRAINER",
-      beside);
+  if (given.empty()) return FindProgram("trainer");
+  if (access(given.c_str(), X_OK) == 0) return fs::absolute(given).string();
+  return ErrnoError(errno, "the trainer program " + given);
 }
 
 // The built-in trainer's checkpoints are archives of torch, which are ZIP files.

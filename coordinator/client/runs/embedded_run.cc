@@ -7,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 
+#include "common/base/system/installation.h"
 #include "common/base/system/log.h"
 #include "coordinator/client/content/study_options.h"
 #include "coordinator/client/views/study_view.h"
@@ -126,7 +127,7 @@ absl::Status EmbeddedRun::StandAlone() {
 absl::Status EmbeddedRun::StartWorkers() {
   RETURN_IF_ERROR(CheckBenchmarksAreHere(options_.study, options_.benchmarks_dir));
   WorkerPoolOptions pool;
-  ASSIGN_OR_RETURN(pool.binary, FindWorkerBinary());
+  ASSIGN_OR_RETURN(pool.binary, FindProgram("worker"));
   pool.workers = options_.workers;
   pool.log_dir = LogDir(out_dir_);
   pool.clock = environment_.clock;

@@ -14,7 +14,6 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <thread>
 
 #include "common/base/system/child_process.h"
@@ -62,7 +61,7 @@ std::vector<std::string> TailOf(const std::string& path, size_t lines) {
   dup2(null, STDIN_FILENO);
   dup2(log, STDOUT_FILENO);
   dup2(log, STDERR_FILENO);
-  close_range(3, std::numeric_limits<unsigned>::max(), 0);
+  closefrom(3);
   signal(SIGPIPE, SIG_DFL);
   sigset_t none;
   sigemptyset(&none);
@@ -223,21 +222,6 @@ std::vector<pid_t> WorkerPool::pids() const {
 
 std::vector<std::string> WorkerPool::LogTail(size_t lines) const {
   return TailOf(LogPath(crashed_last_), lines);
-}
-
-absl::StatusOr<std::string> FindWorkerBinary() {
-  if (const char* named = std::getenv("PARALLAX_WORKER"); named != nullptr && *named != '\0') {
-    if (access(named, X_OK) == 0) return std::string(named);
-    return ErrnoError(errno, std::string("$PARALLAX_WORKER: ") + named);
-  }
-  std::error_code error;
-  const fs::path self = fs::read_symlink("/proc/self/exe", error);
-  const std::string beside = self.parent_path() / "worker";
-  if (access(beside.c_str(), X_OK) == 0) return beside;
-  return NotFound(
-      "the program `worker` was not found beside this one ({}); build it, or name it with "
-      "$PARALLAX_WORKER",
-      beside);
 }
 
 }  // namespace parallax::client

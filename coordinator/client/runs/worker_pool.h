@@ -80,8 +80,4 @@ class WorkerPool {
   double cpu_seconds_ = 0;
 };
 
-// Returns the path of the program `worker`: $PARALLAX_WORKER, or the one beside this program.
-// Errors: kNotFound that says where it was sought.
-absl::StatusOr<std::string> FindWorkerBinary();
-
 }  // namespace parallax::client

@@ -1,6 +1,7 @@
 // The real pair that a package ships: Middlebury 2014's Motorcycle at quarter size, from
 // scikit-image.
 #include "common/base/status.h"
+#include "common/base/system/installation.h"
 #include "worker/evaluate/benchmarks/benchmark_layout.h"
 #include "worker/evaluate/benchmarks/kinds.h"
 #include "worker/evaluate/disparity_files.h"
@@ -13,9 +14,12 @@ absl::StatusOr<std::string> FindShipped(const std::string& dir) {
     const absl::StatusOr<std::string> given = FindFolder(dir, {"shipped"});
     if (given.ok()) return *given;
   }
-  absl::StatusOr<std::string> installed = FindFolder(kShippedBenchmarksDir, {"shipped"});
-  if (installed.ok()) return installed;
-  return NotFound("{}/shipped: missing; deploy/setup.sh puts it there{}", kShippedBenchmarksDir,
+  const Installation& parallax = ThisInstallation();
+  const std::string installed =
+      parallax.data.empty() ? kShippedBenchmarksDir : parallax.data + "/benchmarks";
+  const absl::StatusOr<std::string> found = FindFolder(installed, {"shipped"});
+  if (found.ok()) return *found;
+  return NotFound("{}/shipped: missing; {}{}", installed, HowToAddRealPair(parallax),
                   dir.empty() ? "" : ", or have it as " + dir + "/shipped");
 }
 

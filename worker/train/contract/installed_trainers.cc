@@ -1,12 +1,9 @@
 #include "worker/train/contract/installed_trainers.h"
 
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstdlib>
 #include <filesystem>
 #include <string_view>
 
+#include "common/base/system/installation.h"
 #include "common/config/config.h"
 
 namespace parallax {
@@ -27,17 +24,6 @@ absl::StatusOr<TrainerContract> ContractOf(const std::string& name, const std::s
   }
   return NotFound("trainer {} is allowed, but there is no {}", name,
                   dir.empty() ? name + ".yaml: name its folder by --trainers" : path);
-}
-
-absl::StatusOr<std::string> OwnProgram() {
-  const char* named = std::getenv("PARALLAX_TRAINER");
-  std::error_code error;
-  const std::string path =
-      named != nullptr && *named != '\0'
-          ? named
-          : fs::read_symlink("/proc/self/exe", error).parent_path() / kOwnProgram;
-  if (access(path.c_str(), X_OK) == 0) return path;
-  return ErrnoError(errno, "the program `trainer`, " + path);
 }
 
 // Checks that files of the repository that the commands name are there.
@@ -101,7 +87,7 @@ absl::StatusOr<std::vector<std::string>> CommandToRun(const std::vector<std::str
                                                       const CommandValues& values) {
   ASSIGN_OR_RETURN(std::vector<std::string> words, ExpandCommand(command, values));
   if (!words.empty() && words[0] == kOwnProgram) {
-    ASSIGN_OR_RETURN(words[0], OwnProgram());
+    ASSIGN_OR_RETURN(words[0], FindProgram(kOwnProgram));
   }
   return words;
 }

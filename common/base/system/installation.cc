@@ -1,0 +1,85 @@
+#include "common/base/system/installation.h"
+
+#include <unistd.h>
+
+#include <cctype>
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+
+#include "common/base/system/file.h"
+#include "common/base/version.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+
+InstalledAs KindOf(const std::string& data) {
+  const std::string written = ReadFile(data + "/installed_as").value_or("");
+  if (written == "wheel\n") return InstalledAs::kWheel;
+  if (written == "deb\n") return InstalledAs::kDebianPackage;
+  return InstalledAs::kTarball;
+}
+
+}  // namespace
+
+Installation InstallationOf(const std::string& program) {
+  const fs::path folder = fs::path(program).parent_path();
+  if (folder.filename() != "libexec") return {.as = InstalledAs::kBuild, .programs = folder, .data = ""};
+  const fs::path root = folder.parent_path();
+  const std::string data = root / "share/parallax";
+  return {.as = KindOf(data), .programs = root / "bin", .data = data};
+}
+
+const Installation& ThisInstallation() {
+  static const Installation installation = [] {
+    std::error_code error;
+    return InstallationOf(fs::read_symlink("/proc/self/exe", error));
+  }();
+  return installation;
+}
+
+absl::StatusOr<std::string> FindProgram(const std::string& name) {
+  std::string variable = "PARALLAX_";
+  for (const char c : name) variable += static_cast<char>(std::toupper(c));
+  const char* const named = std::getenv(variable.c_str());
+  if (named != nullptr && *named != '\0') {
+    if (access(named, X_OK) == 0) return fs::absolute(named).string();
+    return ErrnoError(errno, "$" + variable + ": " + named);
+  }
+  const Installation& installation = ThisInstallation();
+  const std::string path = installation.programs + "/" + name;
+  if (access(path.c_str(), X_OK) == 0) return path;
+  return NotFound("the program `{}` is missing: no {}; {}, or name the program in ${}", name, path,
+                  HowToAddProgram(installation, name), variable);
+}
+
+std::string HowToAddProgram(const Installation& installation, const std::string& name) {
+  const fs::path root = fs::path(installation.programs).parent_path();
+  if (installation.as == InstalledAs::kBuild) {
+    return fmt::format("build it: cmake --build {} --target {}", root.string(), name);
+  }
+  if (name != "trainer") return "install Parallax again";
+  switch (installation.as) {
+    case InstalledAs::kWheel:
+      return fmt::format("install its wheel: pip install parallax_stereo_trainer-{}-*.whl",
+                         kProgramVersion);
+    case InstalledAs::kDebianPackage:
+      return fmt::format(
+          "install its package: sudo apt-get install ./parallax-stereo-trainer_{}_amd64.deb",
+          kProgramVersion);
+    default:
+      return fmt::format(
+          "unpack its tarball: tar -xf parallax-trainer-{}-linux-x86_64.tar.xz -C {} "
+          "--strip-components=1",
+          kProgramVersion, root.string());
+  }
+}
+
+std::string HowToAddRealPair(const Installation& installation) {
+  if (installation.as == InstalledAs::kBuild) return "run deploy/setup.sh, which installs it";
+  return "install Parallax again";
+}
+
+}  // namespace parallax

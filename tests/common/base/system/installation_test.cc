@@ -1,0 +1,88 @@
+#include "common/base/system/installation.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <filesystem>
+
+#include "common/base/system/file.h"
+#include "common/base/version.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+
+class InstallationTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = fs::temp_directory_path() / "parallax_installed_XXXXXX";
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    root_ = name;
+    fs::create_directories(root_ + "/share/parallax");
+  }
+  void TearDown() override { fs::remove_all(root_); }
+
+  Installation PackageOf(const std::string& kind) {
+    EXPECT_TRUE(WriteFile(root_ + "/share/parallax/installed_as", kind + "\n").ok());
+    return InstallationOf(root_ + "/libexec/parallax");
+  }
+
+  std::string root_;
+};
+
+TEST_F(InstallationTest, ProgramsOfABuildLieInOneFolder) {
+  const Installation built = InstallationOf("/src/build/release/bin/parallax");
+  EXPECT_EQ(built.as, InstalledAs::kBuild);
+  EXPECT_EQ(built.programs, "/src/build/release/bin");
+  EXPECT_EQ(built.data, "");
+}
+
+TEST_F(InstallationTest, APackageStartsItsProgramsFromBinAndKeepsDataInShare) {
+  const Installation unpacked = InstallationOf(root_ + "/libexec/parallax");
+  EXPECT_EQ(unpacked.as, InstalledAs::kTarball) << "without the file that tells";
+  EXPECT_EQ(unpacked.programs, root_ + "/bin");
+  EXPECT_EQ(unpacked.data, root_ + "/share/parallax");
+  EXPECT_EQ(PackageOf("tarball").as, InstalledAs::kTarball);
+  EXPECT_EQ(PackageOf("wheel").as, InstalledAs::kWheel);
+  EXPECT_EQ(PackageOf("deb").as, InstalledAs::kDebianPackage);
+}
+
+TEST_F(InstallationTest, TheRemedyFitsTheWayOfInstallation) {
+  const auto remedy = [&](const Installation& installation) {
+    return HowToAddProgram(installation, "trainer");
+  };
+  EXPECT_EQ(remedy(InstallationOf("/src/build/release/bin/parallax")),
+            "build it: cmake --build /src/build/release --target trainer");
+  EXPECT_THAT(remedy(PackageOf("tarball")),
+              AllOf(HasSubstr("tar -xf parallax-trainer-"), HasSubstr("-C " + root_ + " ")));
+  EXPECT_THAT(remedy(PackageOf("wheel")), HasSubstr("pip install parallax_stereo_trainer-"));
+  EXPECT_THAT(remedy(PackageOf("deb")), HasSubstr(std::string("./parallax-stereo-trainer_") +
+                                                  kProgramVersion + "_amd64.deb"));
+  EXPECT_THAT(HowToAddProgram(PackageOf("deb"), "worker"), HasSubstr("install Parallax again"));
+  EXPECT_THAT(HowToAddRealPair(InstallationOf("/b/bin/parallax")), HasSubstr("deploy/setup.sh"));
+}
+
+TEST_F(InstallationTest, AProgramIsFoundByItsVariableOrBesideThisOne) {
+  unsetenv("PARALLAX_NONE");
+  const auto missing = FindProgram("none");
+  ASSERT_FALSE(missing.ok());
+  EXPECT_EQ(missing.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(missing.status().message()),
+              AllOf(HasSubstr(ThisInstallation().programs + "/none"), HasSubstr("--target none"),
+                    HasSubstr("$PARALLAX_NONE")));
+  EXPECT_EQ(FindProgram("base_test").value_or(""), ThisInstallation().programs + "/base_test");
+
+  setenv("PARALLAX_NONE", "/bin/sh", 1);
+  EXPECT_EQ(FindProgram("none").value_or(""), "/bin/sh");
+  setenv("PARALLAX_NONE", "/nowhere/none", 1);
+  EXPECT_THAT(std::string(FindProgram("none").status().message()),
+              HasSubstr("$PARALLAX_NONE: /nowhere/none"));
+  unsetenv("PARALLAX_NONE");
+}
+
+}  // namespace
+}  // namespace parallax

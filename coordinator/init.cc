@@ -35,6 +35,26 @@ struct FileToMake {
   std::string bytes;
 };
 
+// Renames `temporary` to `folder`, which must not exist; `replace`: exchanges the two.
+absl::Status MoveIntoPlace(const std::string& temporary, const std::string& folder, bool replace) {
+  const unsigned flags = replace ? RENAME_EXCHANGE : RENAME_NOREPLACE;
+  if (renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, folder.c_str(), flags) == 0) {
+    return absl::OkStatus();
+  }
+  // NFS and kernels before 3.15 can't do it in one step.
+  if (errno != EINVAL && errno != ENOSYS) return ErrnoError(errno, "make " + folder);
+  const std::string old = temporary + ".old";
+  if (!replace && access(folder.c_str(), F_OK) == 0) return ErrnoError(EEXIST, "make " + folder);
+  if (replace && rename(folder.c_str(), old.c_str()) != 0) {
+    return ErrnoError(errno, "replace " + folder);
+  }
+  if (rename(temporary.c_str(), folder.c_str()) != 0) return ErrnoError(errno, "make " + folder);
+  if (replace && rename(old.c_str(), temporary.c_str()) != 0) {
+    return ErrnoError(errno, "remove " + old);
+  }
+  return absl::OkStatus();
+}
+
 // The folder with its files appears whole or not at all, private from its first moment. `replace`:
 // in place of the one that is there.
 absl::Status MakeFolder(const std::string& dir, const std::string& name,
@@ -48,10 +68,7 @@ absl::Status MakeFolder(const std::string& dir, const std::string& name,
     RETURN_IF_ERROR(WritePrivate(temporary + "/" + file.name, file.bytes));
   }
   RETURN_IF_ERROR(SyncPath(temporary));
-  const unsigned flags = replace ? RENAME_EXCHANGE : RENAME_NOREPLACE;
-  if (renameat2(AT_FDCWD, temporary.c_str(), AT_FDCWD, folder.c_str(), flags) != 0) {
-    return ErrnoError(errno, "make " + folder);
-  }
+  RETURN_IF_ERROR(MoveIntoPlace(temporary, folder, replace));
   RETURN_IF_ERROR(SyncPath(dir));
   if (replace) fs::remove_all(temporary, error);
   return absl::OkStatus();

@@ -14,7 +14,7 @@ step "set up"
 step "build (minutes the first time)"
 mkdir -p build
 cmake --preset release >build/configure.log 2>&1 || { cat build/configure.log; exit 1; }
-cmake --build --preset release --target parallax worker coordinator -- --quiet
+cmake --build --preset release --target parallax worker coordinator trainer -- --quiet
 
 step "make a dataset in $out"
 exec build/release/bin/parallax run quickstart --out "$out"

@@ -22,7 +22,7 @@ readonly PACKAGES=(
   build-essential cmake ninja-build ccache clang-format pkg-config git ca-certificates unzip python3 python3-numpy python3-opencv python3-pip python3-venv
   libboost-dev libeigen3-dev libembree-dev libfcl-dev libosd-dev libtbb-dev
   libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc libabsl-dev libssl-dev libcurl4-openssl-dev
-  patchelf libopencv-dev libopenexr-dev libpng-dev libjpeg62-turbo-dev libstb-dev libassimp-dev libtinygltf-dev libzstd-dev
+  patchelf musl-tools libopencv-dev libopenexr-dev libpng-dev libjpeg62-turbo-dev libstb-dev libassimp-dev libtinygltf-dev libzstd-dev
   libsqlite3-dev sqlite3 libtorch-dev libspdlog-dev python3-protobuf libfmt-dev libyaml-cpp-dev libexpat1-dev nlohmann-json3-dev libcli11-dev libcpp-httplib-dev
   libgtest-dev libgmock-dev
   clang-14 libclang-rt-14-dev
@@ -71,7 +71,7 @@ install_oidn() {
 
 # Middlebury's Motorcycle: two pictures, and the true disparities as numpy stores them (inf = unknown).
 install_shipped_pair() {
-  if [ -e "$SHIPPED_ROOT/motorcycle_disp.npy" ]; then say "real stereo pair: present in $SHIPPED_ROOT"; return; fi
+  if [ -e "$SHIPPED_ROOT/LICENSE" ]; then say "real stereo pair: present in $SHIPPED_ROOT"; return; fi
   say "real stereo pair: installing into $SHIPPED_ROOT"
   local tmp; tmp=$(mktemp -d)
   # shellcheck disable=SC2064  # Expands now: tmp is local.
@@ -80,11 +80,20 @@ install_shipped_pair() {
   python3 -m pip download --quiet --disable-pip-version-check --no-deps --require-hashes --only-binary :all: \
     --python-version 3.8 --platform manylinux1_x86_64 --dest "$tmp" --requirement "$tmp/requirements.txt"
   unzip -q -j "$tmp"/scikit_image-*.whl 'skimage/data/motorcycle_*' -d "$tmp/pair"
+  unzip -q -p "$tmp"/scikit_image-*.whl '*.dist-info/LICENSE.txt' > "$tmp/LICENSE.txt"
+  {
+    echo "Motorcycle of the Middlebury 2014 stereo datasets (https://vision.middlebury.edu/stereo/data/scenes2014/) at a"
+    echo "quarter of its size: D. Scharstein, H. Hirschmueller, Y. Kitajima, G. Krathwohl, N. Nesic, X. Wang, P. Westling:"
+    echo "High-resolution stereo datasets with subpixel-accurate ground truth, GCPR 2014. The files are from"
+    echo "$SHIPPED_WHEEL, unchanged, which distributes them under this licence:"
+    echo
+    cat "$tmp/LICENSE.txt"
+  } > "$tmp/LICENSE"
   unzip -q "$tmp/pair/motorcycle_disp.npz" arr_0.npy -d "$tmp/pair"
   as_root rm -rf "$SHIPPED_ROOT.new"
   as_root mkdir -p "$SHIPPED_ROOT.new"
   mv "$tmp/pair/arr_0.npy" "$tmp/pair/motorcycle_disp.npy"
-  as_root install -m 644 "$tmp/pair/"motorcycle_{left.png,right.png,disp.npy} "$SHIPPED_ROOT.new"
+  as_root install -m 644 "$tmp/pair/"motorcycle_{left.png,right.png,disp.npy} "$tmp/LICENSE" "$SHIPPED_ROOT.new"
   as_root rm -rf "$SHIPPED_ROOT"
   as_root mv "$SHIPPED_ROOT.new" "$SHIPPED_ROOT"
 }

@@ -8,6 +8,7 @@ import base64
 import hashlib
 import os
 import pathlib
+import re
 import time
 import zipfile
 
@@ -76,36 +77,43 @@ def files_below(folder):
     return sorted(p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
 
 
+def without_files_beside(text):
+    """Markdown without pictures and links that only work in the repository."""
+    text = re.sub(r"^(\|.*\n)*\|.*!\[.*\n(\|.*\n)*|^!\[.*\n", "", text, flags=re.MULTILINE)
+    return re.sub(r"\[([^\]]*)\]\((?!https?:)[^)]*\)", r"\1", text)
+
+
 def main():
     args = argparse.ArgumentParser(description=__doc__)
     for option in ("--tree", "--out"):
         args.add_argument(option, type=pathlib.Path, required=True)
     args.add_argument("--name", required=True)
     args.add_argument("--version", required=True)
-    args.add_argument("--glibc", required=True, help="oldest glibc, as in 2.36")
+    args.add_argument("--tag", required=True, help="platforms, as in manylinux_2_17_x86_64; several with dots between")
     args.add_argument("--data", type=pathlib.Path, help="the reader's package; without it: programs for another wheel's folder")
     args = args.parse_args()
 
-    tag = f"py3-none-manylinux_{args.glibc.replace('.', '_')}_x86_64"
     name = args.name.replace("-", "_")
     info = f"{name}-{args.version}.dist-info"
-    path = args.out / f"{name}-{args.version}-{tag}.whl"
+    path = args.out / f"{name}-{args.version}-py3-none-{args.tag}.whl"
     wheel = Wheel(f"{path}.new", info)
-    for part in ("bin", "lib", "share"):
+    for part in ("bin", "libexec", "lib", "share"):
         for file in files_below(args.tree / part):
-            wheel.add(f"parallax_stereo/{file.relative_to(args.tree)}", file.read_bytes(), executable=part != "share")
+            data = b"wheel\n" if file.name == "installed_as" else file.read_bytes()
+            wheel.add(f"parallax_stereo/{file.relative_to(args.tree)}", data, executable=part != "share")
     if args.data:
         wheel.add("parallax_stereo/__init__.py", START.encode())
         for file in files_below(args.data):
             wheel.add(f"parallax_data/{file.relative_to(args.data)}", file.read_bytes())
         summary, needs = "Synthetic stereo datasets with exact ground truth, and which of them train well", READER_NEEDS
-        text = (args.tree / "share/doc/parallax/README.md").read_text()
+        text = without_files_beside((args.tree / "share/doc/parallax/README.md").read_text())
     else:
         summary, needs = "The built-in trainer of parallax-stereo", f"Requires-Dist: parallax-stereo=={args.version}\n"
         text = "Adds the program `trainer` to parallax-stereo.\n"
     head = METADATA.format(name=args.name, version=args.version, summary=summary, needs=needs)
     wheel.add(f"{info}/METADATA", (head + text).encode())
-    wheel.add(f"{info}/WHEEL", f"Wheel-Version: 1.0\nGenerator: parallax\nRoot-Is-Purelib: false\nTag: {tag}\n".encode())
+    tags = "".join(f"Tag: py3-none-{tag}\n" for tag in args.tag.split("."))
+    wheel.add(f"{info}/WHEEL", f"Wheel-Version: 1.0\nGenerator: parallax\nRoot-Is-Purelib: false\n{tags}".encode())
     programs = [file.name for file in files_below(args.tree / "bin")]
     commands = "".join(f"{program} = parallax_stereo:{program}\n" for program in programs)
     wheel.add(f"{info}/entry_points.txt", f"[console_scripts]\n{commands}".encode())

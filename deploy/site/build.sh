@@ -23,6 +23,8 @@ fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cp -r deploy/site/docs deploy/site/mkdocs.yml "$work/"
+# What a fence's first line says beside its language is for tests/deploy/commands_test.py.
+find "$work/docs" -name '*.md' -exec sed -i -E 's/^( *```[a-z]+) .*/\1/' {} +
 mkdir -p "$work/docs/images"
 cp deploy/images/* "$work/docs/images/"
 /usr/bin/python3 -B deploy/site/make_reference.py config --out "$work/docs/reference"

@@ -1,7 +1,7 @@
 """Runs the code of the documentation's notebook, with fewer pairs and steps.
 
-notebook_test.py NOTEBOOK BIN PACKAGE: BIN is the folder of the programs, PACKAGE that of parallax_data. Pictures are not
-drawn where matplotlib is missing."""
+notebook_test.py NOTEBOOK BIN [PACKAGE]: BIN is the folder of the programs, PACKAGE that of parallax_data if that is not
+installed. Pictures are not drawn where matplotlib is missing."""
 
 import json
 import os
@@ -13,14 +13,14 @@ from unittest import mock
 
 
 def main():
-    notebook, bin_dir, package = (Path(argument).resolve() for argument in sys.argv[1:])
+    notebook, bin_dir, *package = (Path(argument).resolve() for argument in sys.argv[1:])
     cells = [c for c in json.loads(notebook.read_text())["cells"] if c["cell_type"] == "code"]
     source = "\n\n".join("".join(cell["source"]) for cell in cells)
     source, changed = re.subn(r"^(PAIRS|STEPS) = \d+", lambda m: m[1] + " = 2", source, flags=re.MULTILINE)
     assert changed == 2, changed
     os.environ["PATH"] = f"{bin_dir}:{os.environ['PATH']}"
     os.environ["MPLBACKEND"] = "Agg"
-    sys.path.insert(0, str(package))
+    sys.path[:0] = map(str, package)
     try:
         import matplotlib.pyplot  # noqa: F401
     except ImportError:

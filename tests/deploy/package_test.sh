@@ -1,23 +1,56 @@
 #!/usr/bin/env bash
-# The files that deploy/package.sh collects run from any folder, with nothing but the C library from the system.
+# The files that deploy/package.sh collects run from any folder, with nothing from the system: libraries, C library, data.
 # Usage: package_test.sh SOURCE_DIR BUILD_DIR
 set -euo pipefail
 source=$1 build=$2
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
+fail() { echo "$*"; exit 1; }
 
 "$source/deploy/package.sh" --build "$build" --tree "$work/made"
-mv "$work/made" "$work/else where"
-cd "$work/else where"
+tree="$work/else where"
+mv "$work/made" "$tree"
 
+# By their path, by a link, by the name alone.
+mkdir "$work/links"
 for program in parallax worker coordinator; do
-  said=$(env -i "bin/$program" --version)
-  [ -n "$said" ] || { echo "$program --version says nothing"; exit 1; }
+  ln -s "$tree/bin/$program" "$work/links/$program"
+  for way in "$tree/bin/$program" "$work/links/$program"; do
+    [[ $(env -i "$way" --version) == "$program "* ]] || fail "$way --version says something else"
+  done
+  [[ $(env -i PATH="$work/links" "$program" --version) == "$program "* ]] || fail "$program is not found by its name"
 done
-# The libraries that the programs really open are those that were packed.
-env -i LD_DEBUG=libs LD_DEBUG_OUTPUT="$work/opened" bin/worker --version >/dev/null
-if grep -h 'calling init: ' "$work"/opened.* | grep -v -e "$work/else where/" \
-    -e '/lib\(c\|m\|dl\|pthread\|rt\|resolv\)\.so' -e '/ld-linux'; then
-  echo "libraries from outside, above"; exit 1
-fi
-grep -qh "calling init: $work/else where/bin/../lib/libembree" "$work"/opened.* || { echo "no packed library was opened"; exit 1; }
+cd "$work"
+
+# The libraries that the programs really open are those that were packed, the C library among them. The loader, which is
+# the packed one, knows itself by the name under which the kernel opened it.
+env -i LD_DEBUG=libs LD_DEBUG_OUTPUT="$work/opened" "$tree/bin/worker" --version >/dev/null
+if grep -h 'calling init: ' "$work"/opened.* | grep -v -e "$tree/" -e '/proc/self/fd/241$'; then fail "libraries from outside, above"; fi
+for library in libembree libc.so.6; do
+  grep -qh "calling init: $tree/libexec/../lib/$library" "$work"/opened.* || fail "the packed $library was not opened"
+done
+
+# The user's libraries are for the user's programs: ours don't open them, and our children get the variable. A process has
+# the name of its program, and none of our files open.
+mkdir "$work/hostile"
+cp "$source/README.md" "$work/hostile/libembree3.so.3"
+cat > "$work/look.sh" <<'LOOK'
+env > "$0.environment"
+cat /proc/$PPID/comm > "$0.parent"
+ls -l /proc/self/fd > "$0.files"
+exit 1
+LOOK
+LD_LIBRARY_PATH=$work/hostile "$tree/bin/parallax" evaluate --on shipped --out scores --command "sh $work/look.sh {list}" \
+  >evaluate.log 2>&1 || true
+[ -e look.sh.environment ] || { cat evaluate.log; fail "the command of a user's network did not run"; }
+grep -qx "LD_LIBRARY_PATH=$work/hostile" look.sh.environment || fail "a child lost the user's LD_LIBRARY_PATH"
+grep -qx parallax look.sh.parent || fail "the process is called $(cat look.sh.parent), not parallax"
+if grep "$tree" look.sh.files; then fail "a child has our files open, above"; fi
+
+# What is missing is named, with the remedy for a tarball.
+echo > net.pt
+said=$("$tree/bin/parallax" evaluate net.pt --on shipped --out scores 2>&1) && fail "evaluated without a trainer"
+[[ $said == *"no $tree/bin/trainer; unpack its tarball: tar -xf parallax-trainer-"*"-C $tree "* ]] || fail "says: $said"
+rm -r "$tree/share/parallax/benchmarks"
+said=$("$tree/bin/parallax" evaluate sgbm --on shipped --out scores 2>&1) && fail "evaluated on a pair that is not there"
+[[ $said == *"$tree/share/parallax/benchmarks/shipped: missing; install Parallax again"* ]] || fail "says: $said"

@@ -26,7 +26,8 @@ InstalledAs KindOf(const std::string& data) {
 
 Installation InstallationOf(const std::string& program) {
   const fs::path folder = fs::path(program).parent_path();
-  if (folder.filename() != "libexec") return {.as = InstalledAs::kBuild, .programs = folder, .data = ""};
+  if (folder.filename() != "libexec")
+    return {.as = InstalledAs::kBuild, .programs = folder, .data = ""};
   const fs::path root = folder.parent_path();
   const std::string data = root / "share/parallax";
   return {.as = KindOf(data), .programs = root / "bin", .data = data};

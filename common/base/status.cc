@@ -5,6 +5,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "common/base/system/memory_end.h"
+
 namespace parallax {
 namespace {
 
@@ -46,6 +48,7 @@ absl::Status WithContext(const absl::Status& status, std::string_view context) {
 }
 
 absl::Status ErrnoError(int error_number, std::string_view what) {
+  if (error_number == ENOMEM) EndIfMemoryIsNeeded();
   return MakeError(CodeOfErrno(error_number),
                    fmt::format("{}: {}", what, std::strerror(error_number)));
 }

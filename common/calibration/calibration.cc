@@ -2,6 +2,9 @@
 
 #include <fmt/core.h>
 
+#include <filesystem>
+
+#include "common/base/system/file.h"
 #include "common/calibration/formats.h"
 
 namespace parallax {
@@ -10,8 +13,40 @@ namespace {
 using namespace calibration_internal;  // NOLINT: the formats of this library.
 
 constexpr char kFormats[] =
-    "allowed are calib.txt of Middlebury or ETH3D, calib_cam_to_cam.txt or calib.txt of KITTI, a "
-    "stereo file of OpenCV (YAML, XML), RealSense JSON and a ZED's .conf";
+    "allowed are calib.txt of Middlebury or ETH3D, calib_cam_to_cam.txt or calib.txt of KITTI, "
+    "perspective.txt of KITTI-360, a stereo file of OpenCV (YAML, XML), Kalibr's camchain, ROS's "
+    "left.yaml and right.yaml or ost.txt, ORB-SLAM3's YAML, RealSense and OAK JSON, a ZED's .conf";
+
+// Files that lack what a pair needs, by words in them.
+struct KnownFile {
+  const char* word;
+  const char* looks_like;
+};
+constexpr KnownFile kKnownFiles[] = {
+    {"T_BS",
+     "looks like EuRoC's sensor.yaml of one camera: write both cameras into a stereo file of "
+     "OpenCV (K1 D1 K2 D2 R T)"},
+    {"# Camera list with one line of data per camera",
+     "looks like COLMAP's cameras.txt, which has no baseline: write fx_px, fy_px, cx_px, cy_px and "
+     "rigs.baseline_m into the study"},
+    {"SIMPLE_RADIAL",
+     "looks like COLMAP's cameras.txt, which has no baseline: write fx_px, fy_px, "
+     "cx_px, cy_px and rigs.baseline_m into the study"},
+    {"Camera.bf",
+     "looks like ORB-SLAM's YAML of one rectified camera: write fx_px, fy_px, cx_px, "
+     "cy_px and rigs.baseline_m (bf divided by fx) into the study"},
+    {"cam0:", "looks like Kalibr's camchain of one camera: cam1 is missing"},
+    {"camera_matrix",
+     "looks like the calibration of one camera: the other one and how they stand "
+     "(R, T) are missing"},
+};
+
+std::string WhatItLooksLike(std::string_view text) {
+  for (const KnownFile& known : kKnownFiles) {
+    if (text.find(known.word) != text.npos) return std::string("it ") + known.looks_like + "; ";
+  }
+  return "";
+}
 
 bool Has(std::string_view text, std::string_view word) { return text.find(word) != text.npos; }
 
@@ -41,6 +76,10 @@ absl::StatusOr<StereoCalibration> Parse(std::string_view text, const std::string
     return InvalidArgument("{}: empty, {}", file, kFormats);
   }
   const auto has = [&](std::string_view word) { return Has(text, word); };
+  if (has("# oST version") ||
+      (has("projection_matrix:") && has("rectification_matrix:") && has("camera_matrix:"))) {
+    return FromRos(text, file, options);
+  }
   if (!IsDocument(text.substr(first))) {
     if (has("[LEFT_CAM_") || has("[STEREO]")) return FromZed(ReadLines(text, file, '='), options);
     if (has("cam0=") || has("cam0 =")) return FromMiddlebury(ReadLines(text, file, '='), options);
@@ -54,11 +93,20 @@ absl::StatusOr<StereoCalibration> Parse(std::string_view text, const std::string
     return FromOpenCv(fields, options);
   }
   ASSIGN_OR_RETURN(const Fields fields, ReadYaml(text, file));
-  if (has("ppx") || has("\"fx\"")) return FromRealSense(fields, options);
-  if (fields.Names().size() < 2) {
-    return InvalidArgument("{}: not a calibration, {}", file, kFormats);
+  if (fields.Has("cam0.intrinsics") && fields.Has("cam1.intrinsics")) {
+    return FromKalibr(fields, options);
   }
-  return FromOpenCv(fields, options);
+  if (has("cameraData")) return FromOak(fields, options);
+  if (fields.Has("Stereo.T_c1_c2")) return FromOrbSlam3(fields, options);
+  if (has("ppx") || has("\"fx\"") || fields.Has("left.fx")) return FromRealSense(fields, options);
+  if (fields.Names().size() < 2) {
+    return InvalidArgument("{}: not a calibration, {}{}", file, WhatItLooksLike(text), kFormats);
+  }
+  Parsed calibration = FromOpenCv(fields, options);
+  if (const std::string why = WhatItLooksLike(text); !calibration.ok() && !why.empty()) {
+    return InvalidArgument("{}; {}{}", calibration.status().message(), why, kFormats);
+  }
+  return calibration;
 }
 
 absl::Status Wrong(const std::string& file, const std::string& what) {
@@ -101,6 +149,21 @@ absl::StatusOr<StereoCalibration> ParseCalibration(std::string_view text, const 
   ASSIGN_OR_RETURN(StereoCalibration calibration, Parse(text, file, options));
   RETURN_IF_ERROR(CheckBounds(calibration, file));
   return calibration;
+}
+
+absl::StatusOr<std::string> ReadCalibrationFile(const std::string& path, size_t most_bytes) {
+  ASSIGN_OR_RETURN(const std::string text, ReadFile(path, most_bytes));
+  const std::filesystem::path full(path);
+  std::string name = full.filename();
+  const size_t left = name.rfind("left"), right = name.rfind("right");
+  const bool is_left = left != name.npos;
+  if (!Has(text, "projection_matrix:") || is_left == (right != name.npos)) return text;
+  name.replace(is_left ? left : right, is_left ? 4 : 5, is_left ? "right" : "left");
+  const std::string beside = full.parent_path() / name;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(beside, error)) return text;
+  ASSIGN_OR_RETURN(const std::string other, ReadFile(beside, most_bytes));
+  return (is_left ? text : other) + std::string(kNextEye) + (is_left ? other : text);
 }
 
 }  // namespace parallax

@@ -96,8 +96,9 @@ class RealSense {
     RawIntrinsics raw;
     ASSIGN_OR_RETURN(raw.k.fx_px, fields_.Number(NameOf(stream, "fx")));
     ASSIGN_OR_RETURN(raw.k.fy_px, fields_.Number(NameOf(stream, "fy")));
-    ASSIGN_OR_RETURN(raw.k.cx_px, fields_.Number(NameOf(stream, "ppx")));
-    ASSIGN_OR_RETURN(raw.k.cy_px, fields_.Number(NameOf(stream, "ppy")));
+    const bool short_names = names_.count({stream, "cx"}) > 0 && names_.count({stream, "ppx"}) == 0;
+    ASSIGN_OR_RETURN(raw.k.cx_px, fields_.Number(NameOf(stream, short_names ? "cx" : "ppx")));
+    ASSIGN_OR_RETURN(raw.k.cy_px, fields_.Number(NameOf(stream, short_names ? "cy" : "ppy")));
     if (!(raw.k.fx_px > 0) || !(raw.k.fy_px > 0)) {
       return fields_.Error(NameOf(stream, "fx"), "a focal length is not above 0");
     }

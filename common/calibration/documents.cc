@@ -148,11 +148,31 @@ class XmlReader {
   std::string name_, text_, data_;
 };
 
+// cv::FileStorage also reads "data:[1, 2]"; YAML wants a blank after the colon of a key.
+std::string WithBlanksAfterKeys(std::string_view text) {
+  std::string spaced;
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t end = std::min(text.find('\n', begin), text.size());
+    const std::string_view line = text.substr(begin, end - begin);
+    const size_t key = line.find_first_not_of(' ');
+    const size_t colon = line.find(':');
+    const bool is_key = colon != line.npos && key < colon && line[key] != '%' && line[key] != '#' &&
+                        line.find_first_of(" \t\"'[{,", key) > colon && colon + 1 < line.size() &&
+                        line[colon + 1] != ' ' && line[colon + 1] != '\r';
+    spaced += is_key ? std::string(line.substr(0, colon + 1)) + " " : "";
+    spaced += is_key ? line.substr(colon + 1) : line;
+    if (end < text.size()) spaced += '\n';
+    begin = end + 1;
+  }
+  return spaced;
+}
+
 }  // namespace
 
 absl::StatusOr<Fields> ReadYaml(std::string_view text, const std::string& file) {
   try {
-    const YAML::Node root = YAML::Load(std::string(text));
+    const bool of_opencv = text.find("opencv-matrix") != text.npos;
+    const YAML::Node root = YAML::Load(of_opencv ? WithBlanksAfterKeys(text) : std::string(text));
     Fields fields(file);
     RETURN_IF_ERROR(YamlFlattener(&fields).Flatten(root, file));
     return fields;

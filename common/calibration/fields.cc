@@ -51,6 +51,11 @@ std::vector<std::string> Fields::Names() const {
   return names;
 }
 
+int Fields::LineOf(const std::string& name) const {
+  const auto found = by_name_.find(name);
+  return found == by_name_.end() ? 0 : found->second.line;
+}
+
 std::string Fields::Text(const std::string& name) const {
   const auto found = by_name_.find(name);
   return found == by_name_.end() ? "" : std::string(Trimmed(found->second.text));

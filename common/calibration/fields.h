@@ -25,6 +25,10 @@ class Fields {
   bool Has(const std::string& name) const { return by_name_.count(name) > 0; }
   // Returns all names in byte order.
   std::vector<std::string> Names() const;
+  // Returns the field's line from 1; 0 if the file lacks it or gives none.
+  int LineOf(const std::string& name) const;
+  // Returns no fields of the same file.
+  Fields Empty() const { return Fields(file_); }
   // Returns the field's text; empty if the file lacks the field.
   std::string Text(const std::string& name) const;
 

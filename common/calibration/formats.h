@@ -17,7 +17,15 @@ Parsed FromMiddlebury(const Fields& fields, const CalibrationOptions& options);
 Parsed FromKitti(const Fields& fields, const CalibrationOptions& options);
 Parsed FromOpenCv(const Fields& fields, const CalibrationOptions& options);
 Parsed FromRealSense(const Fields& fields, const CalibrationOptions& options);
+Parsed FromKalibr(const Fields& fields, const CalibrationOptions& options);
+Parsed FromOak(const Fields& fields, const CalibrationOptions& options);
+Parsed FromOrbSlam3(const Fields& fields, const CalibrationOptions& options);
 Parsed FromZed(const Fields& fields, const CalibrationOptions& options);
+
+// Stands between the files of the two eyes, left first, where both are one text.
+inline constexpr std::string_view kNextEye = "\n---\n# parallax: the other eye\n";
+// Makes a calibration of ROS's ost.txt of a pair, or of the YAML of one or both eyes.
+Parsed FromRos(std::string_view text, const std::string& file, const CalibrationOptions& options);
 
 // Returns fx, fy, cx, cy of a row-major 3x3 or 3x4 matrix with `columns` columns.
 // Errors: kInvalidArgument, naming `name`, if a focal length is not positive or there is skew.

@@ -38,7 +38,9 @@ Parsed FromMiddlebury(const Fields& fields, const CalibrationOptions& options) {
 Parsed FromKitti(const Fields& fields, const CalibrationOptions& options) {
   StereoCalibration calibration;
   calibration.format = "kitti";
-  const std::string left = options.part.empty() ? "02" : options.part;
+  // KITTI-360 has the grey pair only.
+  const bool grey = !fields.Has("P_rect_02") && fields.Has("P_rect_00");
+  const std::string left = !options.part.empty() ? options.part : grey ? "00" : "02";
   if (left != "00" && left != "02") {
     return fields.Error("calibration_part", Quoted(left) + " is no left camera, allowed 00 or 02");
   }

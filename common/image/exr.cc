@@ -3,13 +3,21 @@
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfInputFile.h>
+#include <ImfInputPart.h>
+#include <ImfMultiPartInputFile.h>
 #include <ImfOutputFile.h>
+#include <ImfPartType.h>
 #include <half.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstring>
+#include <map>
 
+#include "common/base/names.h"
 #include "common/base/status.h"
 #include "common/base/system/file.h"
+#include "common/image/hdr.h"
 #include "common/image/io.h"
 
 namespace parallax {
@@ -90,39 +98,155 @@ absl::StatusOr<std::string> Encode(int width, int height, const std::vector<Chan
   }
 }
 
+// The channels that a picture is read from, all in one part of the file.
+struct Source {
+  int part = 0;
+  std::vector<std::string> channels;
+};
+
+// A file's channels: by layer, then by the last part of the name in lower case.
+class Channels {
+ public:
+  explicit Channels(const Imf::MultiPartInputFile& file) {
+    for (int part = 0; part < file.parts(); ++part) Add(file.header(part), part);
+  }
+
+  // The layer's own R G B; of several layers the one without a name, or Blender's Combined; of
+  // files without colours the luminance, three times.
+  absl::StatusOr<Source> Colors() const {
+    std::vector<const Layer*> found;
+    std::string names;
+    for (const auto& [name, layer] : layers_) {
+      if (!layer.Has({"r", "g", "b"})) continue;
+      if (name.empty() || EndsWith(name, "combined")) return layer.SourceOf({"r", "g", "b"});
+      names += (names.empty() ? "" : ", ") + Quoted(name);
+      found.push_back(&layer);
+    }
+    if (found.size() > 1) {
+      return InvalidArgument("EXR of several pictures, {}: keep one of them", names);
+    }
+    if (found.size() == 1) return found[0]->SourceOf({"r", "g", "b"});
+    if (all_.size() <= 2 && !layers_.empty() && layers_.begin()->second.Has({"y"})) {
+      return layers_.begin()->second.SourceOf({"y", "y", "y"});
+    }
+    return InvalidArgument("EXR without channel R, G or B; it has {}", Names());
+  }
+
+  // R, G and B as our own maps have them.
+  absl::StatusOr<Source> Rgb() const {
+    Source source{0, {"R", "G", "B"}};
+    for (const std::string& name : source.channels) {
+      if (std::find(all_.begin(), all_.end(), name) != all_.end()) continue;
+      return InvalidArgument("EXR without channel {}; it has {}", name, Names());
+    }
+    return source;
+  }
+
+  // The only channel of the file, else Y, else Z.
+  absl::StatusOr<Source> Value() const {
+    for (const char* wanted : {"y", "z"}) {
+      for (const auto& [name, layer] : layers_) {
+        if (layer.Has({wanted})) return layer.SourceOf({wanted});
+      }
+    }
+    if (all_.size() == 1) {
+      const Layer& layer = layers_.begin()->second;
+      return layer.SourceOf({layer.names.begin()->first});
+    }
+    return InvalidArgument("EXR without channel Y, or Z, or one channel alone; it has {}", Names());
+  }
+
+ private:
+  struct Layer {
+    int part = 0;
+    std::map<std::string, std::string> names;  // As the file writes them, by "r", "g"...
+
+    bool Has(const std::vector<std::string>& wanted) const {
+      return std::all_of(wanted.begin(), wanted.end(),
+                         [&](const std::string& name) { return names.contains(name); });
+    }
+    Source SourceOf(const std::vector<std::string>& wanted) const {
+      Source source{part, {}};
+      for (const std::string& name : wanted) source.channels.push_back(names.at(name));
+      return source;
+    }
+  };
+
+  static std::string Lower(std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+  }
+  static bool EndsWith(const std::string& name, std::string_view end) {
+    return Lower(name).ends_with(end);
+  }
+
+  void Add(const Imf::Header& header, int part) {
+    if (header.hasType() && Imf::isDeepData(header.type())) return;
+    const std::string part_name = header.hasName() ? header.name() : "";
+    for (auto at = header.channels().begin(); at != header.channels().end(); ++at) {
+      const std::string full = at.name();
+      const size_t dot = full.rfind('.');
+      const std::string layer = dot != full.npos ? full.substr(0, dot) : "";
+      // A part's name is the layer of channels that have none.
+      Layer& found = layers_[layer.empty() ? (part == 0 ? "" : part_name) : layer];
+      if (found.names.empty()) found.part = part;
+      if (found.part != part) continue;
+      found.names[Lower(dot != full.npos ? full.substr(dot + 1) : full)] = full;
+      all_.push_back(full);
+    }
+  }
+
+  std::string Names() const {
+    std::string text;
+    for (const std::string& name : all_) text += (text.empty() ? "" : " ") + Printable(name);
+    return text.empty() ? "none that is flat" : text;
+  }
+
+  std::map<std::string, Layer> layers_;
+  std::vector<std::string> all_;
+};
+
+// A frame buffer holds one slice a channel: of a channel named three times only the last is read.
+void CopyLastToAll(ImageF3& image) {
+  for (size_t i = 0; i < image.pixels(); ++i) {
+    float* pixel = image.data() + 3 * i;
+    pixel[0] = pixel[1] = pixel[2];
+  }
+}
+
 template <int channels>
 absl::StatusOr<Image<float, channels>> Decode(std::string_view bytes,
-                                              const std::array<const char*, channels>& names) {
+                                              absl::StatusOr<Source> (Channels::*choose)() const) {
   if (bytes.substr(0, 4) != std::string_view("\x76\x2f\x31\x01", 4)) {
     return InvalidArgument("not an EXR");
   }
   try {
     MemoryIn in(bytes);
-    Imf::InputFile file(in, /*numThreads=*/0);
-    const Imath::Box2i window = file.header().dataWindow();
+    Imf::MultiPartInputFile file(in, /*numThreads=*/0);
+    ASSIGN_OR_RETURN(const Source source, (Channels(file).*choose)());
+    Imf::InputPart part(file, source.part);
+    const Imath::Box2i window = part.header().dataWindow();
     const int width = window.max.x - window.min.x + 1, height = window.max.y - window.min.y + 1;
     constexpr int kMostSide = 1 << 16;
     if (width <= 0 || height <= 0 || width > kMostSide || height > kMostSide) {
       return InvalidArgument("EXR of an impossible size");
-    }
-    for (const char* name : names) {
-      if (file.header().channels().findChannel(name) == nullptr) {
-        return InvalidArgument("EXR without channel {}", name);
-      }
     }
     Image<float, channels> image(width, height);
     const size_t stride = sizeof(float) * channels, row = stride * static_cast<size_t>(width);
     Imf::FrameBuffer buffer;
     for (int c = 0; c < channels; ++c) {
       char* origin = reinterpret_cast<char*>(image.data() + c);
-      buffer.insert(names[static_cast<size_t>(c)],
+      buffer.insert(source.channels[static_cast<size_t>(c)],
                     Imf::Slice(Imf::FLOAT,
                                origin - window.min.x * static_cast<ptrdiff_t>(stride) -
                                    window.min.y * static_cast<ptrdiff_t>(row),
                                stride, row));
     }
-    file.setFrameBuffer(buffer);
-    file.readPixels(window.min.y, window.max.y);
+    part.setFrameBuffer(buffer);
+    part.readPixels(window.min.y, window.max.y);
+    if constexpr (channels == 3) {
+      if (source.channels[0] == source.channels[2]) CopyLastToAll(image);
+    }
     return image;
   } catch (const std::exception& error) {
     return InvalidArgument("broken EXR: {}", error.what());
@@ -155,9 +279,15 @@ absl::StatusOr<std::string> EncodeExrRgb(const ImageF3& image) {
                  {"B", Imf::FLOAT, data + 2 * sizeof(float), kStride}});
 }
 
-absl::StatusOr<ImageF> DecodeExrY(std::string_view bytes) { return Decode<1>(bytes, {"Y"}); }
+absl::StatusOr<ImageF> DecodeExrY(std::string_view bytes) {
+  return Decode<1>(bytes, &Channels::Value);
+}
 absl::StatusOr<ImageF3> DecodeExrRgb(std::string_view bytes) {
-  return Decode<3>(bytes, {"R", "G", "B"});
+  return Decode<3>(bytes, &Channels::Rgb);
+}
+
+absl::StatusOr<ImageF3> DecodeExrPicture(std::string_view bytes) {
+  return Decode<3>(bytes, &Channels::Colors);
 }
 
 absl::StatusOr<ImageF> ReadExrY(const std::string& path) {

@@ -4,6 +4,7 @@
 #include <cstdio>
 // clang-format off
 #include <jpeglib.h>
+#include <jerror.h>
 // clang-format on
 
 #include <csetjmp>
@@ -12,7 +13,7 @@
 #include <vector>
 
 #include "common/base/system/file.h"
-#include "common/image/png_picture.h"
+#include "common/image/picture_codecs.h"
 
 namespace parallax {
 namespace {
@@ -22,6 +23,7 @@ struct ErrorManager {
   jpeg_error_mgr manager;  // First, so that libjpeg's pointer to it is one to this struct.
   std::jmp_buf escape;
   char message[JMSG_LENGTH_MAX] = "";
+  char note[JMSG_LENGTH_MAX] = "";  // The first warning that does not matter.
 };
 
 [[noreturn]] void OnError(j_common_ptr codec) {
@@ -29,9 +31,15 @@ struct ErrorManager {
   (*codec->err->format_message)(codec, errors->message);
   std::longjmp(errors->escape, 1);
 }
-// Warnings: a picture that is cut off or damaged is refused, not shown half grey.
+// Negative levels are warnings. Webcams leave stray bytes between segments, and cameras that were
+// switched off no end mark: neither loses a pixel. All other damage does: such a picture is
+// refused, not shown half grey.
 void OnMessage(j_common_ptr codec, int level) {
-  if (level < 0) OnError(codec);
+  if (level >= 0) return;
+  const int code = codec->err->msg_code;
+  if (code != JWRN_EXTRANEOUS_DATA && code != JWRN_JPEG_EOF) OnError(codec);
+  auto* errors = reinterpret_cast<ErrorManager*>(codec->err);
+  if (errors->note[0] == '\0') (*codec->err->format_message)(codec, errors->note);
 }
 
 void Prepare(ErrorManager* errors) {
@@ -92,6 +100,7 @@ bool Open(Decoder& decoder, std::string_view bytes) {
   jpeg_mem_src(&decoder.codec, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
   jpeg_save_markers(&decoder.codec, JPEG_APP0 + 1, 0xffff);  // Exif.
   jpeg_read_header(&decoder.codec, TRUE);
+  if (decoder.codec.num_components == 4) return true;  // DecodeJpeg refuses it.
   decoder.codec.out_color_space = JCS_RGB;
   jpeg_start_decompress(&decoder.codec);
   return true;
@@ -163,19 +172,6 @@ ImageRgb8 Upright(const ImageRgb8& image, int orientation) {
   return upright;
 }
 
-absl::StatusOr<ImageRgb8> DecodeJpeg(std::string_view bytes) {
-  Decoder decoder;
-  const auto broken = [&decoder] {
-    return InvalidArgument("broken JPEG: {}", decoder.errors.message);
-  };
-  if (!Open(decoder, bytes)) return broken();
-  ImageRgb8 image(static_cast<int>(decoder.codec.output_width),
-                  static_cast<int>(decoder.codec.output_height));
-  const int orientation = OrientationOf(decoder);  // Decompress frees the markers.
-  if (!Decompress(decoder, image)) return broken();
-  return Upright(image, orientation);
-}
-
 }  // namespace
 
 absl::StatusOr<std::string> EncodeJpeg(const ImageRgb8& image, int quality) {
@@ -192,17 +188,25 @@ absl::Status WriteJpeg(const std::string& path, const ImageRgb8& image, int qual
   return WriteFile(path, bytes);
 }
 
-absl::StatusOr<ImageRgb8> DecodePictureRgb8(std::string_view bytes) {
-  if (IsPng(bytes)) return DecodeAnyPngAsRgb8(bytes);
-  if (bytes.substr(0, 2) == "\xff\xd8") return DecodeJpeg(bytes);
-  return InvalidArgument("neither a PNG nor a JPEG: convert it to one of them");
+namespace picture_internal {
+
+bool IsJpeg(std::string_view bytes) { return bytes.substr(0, 2) == "\xff\xd8"; }
+
+absl::StatusOr<Decoded> DecodeJpeg(std::string_view bytes) {
+  Decoder decoder;
+  const auto broken = [&decoder] {
+    return InvalidArgument("broken JPEG: {}", decoder.errors.message);
+  };
+  if (!Open(decoder, bytes)) return broken();
+  if (decoder.codec.num_components == 4) {
+    return InvalidArgument("JPEG of four inks (CMYK), wanted grey or R G B: convert it");
+  }
+  ImageRgb8 image(static_cast<int>(decoder.codec.output_width),
+                  static_cast<int>(decoder.codec.output_height));
+  const int orientation = OrientationOf(decoder);  // Decompress frees the markers.
+  if (!Decompress(decoder, image)) return broken();
+  return Decoded{.shallow = Upright(image, orientation), .note = decoder.errors.note};
 }
 
-absl::StatusOr<ImageRgb8> ReadPictureRgb8(const std::string& path) {
-  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
-  absl::StatusOr<ImageRgb8> image = DecodePictureRgb8(bytes);
-  if (!image.ok()) return WithContext(image.status(), path);
-  return image;
-}
-
+}  // namespace picture_internal
 }  // namespace parallax

@@ -1,9 +1,12 @@
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <bit>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 
+#include "common/base/names.h"
 #include "common/base/status.h"
 #include "common/base/system/file.h"
 #include "common/image/io.h"
@@ -11,21 +14,33 @@
 namespace parallax {
 namespace {
 
-// The next token of a PFM header and the one white space after it.
-std::string_view TakeToken(std::string_view& bytes) {
-  const size_t begin = bytes.find_first_not_of(" \n\r\t");
+constexpr std::string_view kBlanks = " \n\r\t";
+
+// Takes the next word of a PFM header; the white space after it stays.
+std::string_view TakeWord(std::string_view& bytes) {
+  const size_t begin = bytes.find_first_not_of(kBlanks);
   if (begin == std::string_view::npos) return {};
-  const size_t end = bytes.find_first_of(" \n\r\t", begin);
+  const size_t end = bytes.find_first_of(kBlanks, begin);
   if (end == std::string_view::npos || end > 64) return {};
-  const std::string_view token = bytes.substr(begin, end - begin);
-  bytes.remove_prefix(end + 1);
-  return token;
+  const std::string_view word = bytes.substr(begin, end - begin);
+  bytes.remove_prefix(end);
+  return word;
 }
 
-int ParseSide(std::string_view token) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), value);
-  return error == std::errc() && end == token.data() + token.size() && value <= 1 << 16 ? value : 0;
+template <typename Number>
+Number NumberOf(std::string_view word) {
+  Number value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  return error == std::errc() && end == word.data() + word.size() ? value : 0;
+}
+
+// Returns whether `gap` may stand between a header and its data: one blank, or blanks and the end
+// of the line as some system writes it.
+bool EndsHeader(std::string_view gap) {
+  if (gap.size() == 1) return kBlanks.find(gap[0]) != std::string_view::npos;
+  const size_t blanks = std::min(gap.find_first_not_of(" \t"), gap.size());
+  const std::string_view line_end = gap.substr(blanks);
+  return line_end == "\n" || line_end == "\r\n" || line_end == "\r";
 }
 
 template <int channels>
@@ -46,21 +61,35 @@ absl::StatusOr<std::string> EncodePfm(const ImageF& image) { return EncodeRows("
 absl::StatusOr<std::string> EncodePfm(const ImageF3& image) { return EncodeRows("PF", image); }
 
 absl::StatusOr<ImageF> DecodePfm(std::string_view bytes) {
-  if (TakeToken(bytes) != "Pf") return InvalidArgument("not a one-channel PFM");
-  const int width = ParseSide(TakeToken(bytes)), height = ParseSide(TakeToken(bytes));
-  const std::string_view scale = TakeToken(bytes);
-  if (width <= 0 || height <= 0) return InvalidArgument("PFM of an impossible size");
-  if (scale.empty() || scale[0] != '-') {
-    return InvalidArgument("PFM in big-endian order, wanted a negative scale");
+  if (TakeWord(bytes) != "Pf") return InvalidArgument("not a one-channel PFM");
+  const int width = NumberOf<int>(TakeWord(bytes)), height = NumberOf<int>(TakeWord(bytes));
+  std::string_view scale_word = TakeWord(bytes);
+  if (scale_word.starts_with('+')) scale_word.remove_prefix(1);
+  const double scale = NumberOf<double>(scale_word);
+  constexpr int kMostSide = 1 << 16;
+  if (width <= 0 || height <= 0 || width > kMostSide || height > kMostSide) {
+    return InvalidArgument("PFM of an impossible size");
+  }
+  if (!(std::abs(scale) > 0)) {
+    return InvalidArgument("PFM with the scale {}, wanted a number other than 0",
+                           Quoted(scale_word));
   }
   const size_t row_bytes = sizeof(float) * static_cast<size_t>(width);
-  if (bytes.size() < row_bytes * static_cast<size_t>(height)) {
-    return InvalidArgument("PFM ends early");
+  const size_t wanted = row_bytes * static_cast<size_t>(height);
+  if (bytes.size() <= wanted) return InvalidArgument("PFM ends early");
+  if (!EndsHeader(bytes.substr(0, bytes.size() - wanted))) {
+    return InvalidArgument("PFM with {} bytes after its scale, wanted the end of the line and {}",
+                           bytes.size(), wanted);
   }
+  bytes.remove_prefix(bytes.size() - wanted);
   ImageF image(width, height);
   for (int y = height - 1; y >= 0; --y) {
     std::memcpy(image.At(0, y), bytes.data(), row_bytes);
     bytes.remove_prefix(row_bytes);
+  }
+  if (scale < 0) return image;  // Little-endian.
+  for (float& value : image.values()) {
+    value = std::bit_cast<float>(__builtin_bswap32(std::bit_cast<uint32_t>(value)));
   }
   return image;
 }

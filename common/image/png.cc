@@ -6,7 +6,7 @@
 #include "common/base/status.h"
 #include "common/base/system/file.h"
 #include "common/image/io.h"
-#include "common/image/png_picture.h"
+#include "common/image/picture_codecs.h"
 
 namespace parallax {
 namespace {
@@ -120,18 +120,26 @@ bool ReadHeader(Reader& reader, Layout* layout) {
   return true;
 }
 
-// As ReadHeader, but converts any PNG to 8-bit R G B; transparent pixels keep their colour.
-bool ReadHeaderAsRgb(Reader& reader, Layout* layout) {
+// As ReadHeader, but makes R G B of any PNG; transparent pixels keep their colour. Sets
+// *significant_values to the largest value of the bits that the file's sBIT names.
+bool ReadHeaderAsRgb(Reader& reader, Layout* layout, int* significant_values) {
   if (setjmp(png_jmpbuf(reader.png)) != 0) return false;
   png_read_info(reader.png, reader.info);
   png_set_expand(reader.png);
-  png_set_strip_16(reader.png);
   png_set_gray_to_rgb(reader.png);
   png_set_strip_alpha(reader.png);
   png_set_interlace_handling(reader.png);
+  png_set_swap(reader.png);
+  png_color_8p significant = nullptr;
+  if (png_get_sBIT(reader.png, reader.info, &significant) != 0) {
+    const bool grey = (png_get_color_type(reader.png, reader.info) & PNG_COLOR_MASK_COLOR) == 0;
+    const int bits = grey ? significant->gray : significant->green;
+    if (bits > 0 && bits < 16) *significant_values = (1 << bits) - 1;
+  }
   png_read_update_info(reader.png, reader.info);
   layout->width = static_cast<int>(png_get_image_width(reader.png, reader.info));
   layout->height = static_cast<int>(png_get_image_height(reader.png, reader.info));
+  layout->bits = png_get_bit_depth(reader.png, reader.info);
   return true;
 }
 
@@ -156,7 +164,7 @@ absl::Status Broken(const Transfer& transfer) {
 
 template <typename T, int channels>
 absl::StatusOr<Image<T, channels>> Decode(std::string_view bytes) {
-  if (!IsPng(bytes)) return InvalidArgument("not a PNG");
+  if (!picture_internal::IsPng(bytes)) return InvalidArgument("not a PNG");
   Transfer transfer{.unread = bytes};
   Reader reader(transfer);
   Layout layout;
@@ -188,19 +196,29 @@ absl::Status Write(const std::string& path, const ImageType& image, int compress
 
 }  // namespace
 
+namespace picture_internal {
+
 bool IsPng(std::string_view bytes) { return bytes.substr(0, 4) == "\x89PNG"; }
 
-absl::StatusOr<ImageRgb8> DecodeAnyPngAsRgb8(std::string_view bytes) {
+absl::StatusOr<Decoded> DecodePng(std::string_view bytes) {
   Transfer transfer{.unread = bytes};
   Reader reader(transfer);
   Layout layout;
-  if (!ReadHeaderAsRgb(reader, &layout)) return Broken(transfer);
+  Decoded decoded;
+  if (!ReadHeaderAsRgb(reader, &layout, &decoded.significant)) return Broken(transfer);
   RETURN_IF_ERROR(CheckSize(layout));
-  ImageRgb8 image(layout.width, layout.height);
-  PointToRows(image, transfer);
+  if (layout.bits == 16) {
+    decoded.deep = Image<uint16_t, 3>(layout.width, layout.height);
+    PointToRows(decoded.deep, transfer);
+  } else {
+    decoded.shallow = ImageRgb8(layout.width, layout.height);
+    PointToRows(decoded.shallow, transfer);
+  }
   if (!ReadRows(reader, transfer)) return Broken(transfer);
-  return image;
+  return decoded;
 }
+
+}  // namespace picture_internal
 
 absl::StatusOr<std::string> EncodePng(const ImageRgb8& image, int compression) {
   return Encode(image, compression, 8);

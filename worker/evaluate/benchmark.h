@@ -46,6 +46,7 @@ struct Benchmark {
   std::vector<Metric> figures;  // Others worth printing beside it.
   std::string mimics;           // The implementation whose masks and means the headline follows.
   int pairs_published = 0;      // Pairs of the whole set; 0 where that isn't fixed.
+  bool own = false;             // Pairs of the user: they are checked before they are predicted.
   std::vector<BenchmarkPair> pairs;
 };
 

@@ -5,6 +5,7 @@
 // ReadFile. Each message names the path.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -18,18 +19,26 @@ namespace parallax {
 // full-size maps.
 inline constexpr float kLargestTruthPx = 1000;
 
-// Decodes a two-dimensional numpy array of float32 or float64, little-endian, in C order, of shape
-// (height, width).
-// Source: numpy.lib.format, versions 1.0 and 2.0.
-absl::StatusOr<ImageF> DecodeNpy(std::string_view bytes);
+// Decodes a numpy array of floating-point or whole numbers in either byte order, by rows or by
+// columns, of shape (height, width), (height, width, 1) or (1, height, width). Whole numbers need
+// `steps`, see ReadDisparity.
+// Source: numpy.lib.format, versions 1.0 to 3.0.
+absl::StatusOr<ImageF> DecodeNpy(std::string_view bytes, std::optional<float> steps = {});
 
-// Reads raw values, in the format of the file's extension: .pfm, .exr (channel Y), .npy, or .png
-// with 16 bits, divided by `png_scale`; 0 in a PNG means "none" and becomes NaN.
-absl::StatusOr<ImageF> ReadDisparity(const std::string& path, float png_scale = 256);
+// Reads the values of a file by its extension: .pfm, .exr (channel Y or Z, or its only one), .npy
+// or .png. `steps` is the value of one pixel of disparity, by which all values are divided; absent:
+// 1 for floating-point numbers, 256 for a PNG of 16 bits, 1000 for one of 24 (digits to the base
+// 255, as FoundationStereo writes them); 8-bit files and whole numbers in an .npy need it. 0 steps
+// mean "none" and become NaN.
+absl::StatusOr<ImageF> ReadDisparity(const std::string& path, std::optional<float> steps = {});
 
 // Reads a map like ReadDisparity, and sets pixels without known truth to 0.
-absl::StatusOr<ImageF> ReadTruth(const std::string& path, float png_scale = 256,
+absl::StatusOr<ImageF> ReadTruth(const std::string& path, std::optional<float> steps = {},
                                  float largest_px = kLargestTruthPx);
+
+// Reads a grey mask; palettes and R G B count as grey where all their colours are. Errors: those of
+// ReadPictureRgb8; kInvalidArgument for a mask in colours.
+absl::StatusOr<ImageU8> ReadMask(const std::string& path);
 
 // Returns the map with 0 wherever the value is not finite, not positive, or not below `largest_px`.
 ImageF KnownTruth(ImageF disparity_px, float largest_px = kLargestTruthPx);

@@ -8,8 +8,7 @@
 
 #include "common/base/seconds.h"
 #include "common/image/io.h"
-#include "common/image/jpeg.h"
-#include "worker/evaluate/shrink_picture.h"
+#include "worker/evaluate/prepared_pair.h"
 
 namespace parallax {
 namespace {
@@ -23,15 +22,6 @@ absl::Status MakeFolder(const std::string& dir) {
   fs::create_directories(dir, error);
   if (error) return ErrnoError(error.value(), "make " + dir);
   return absl::OkStatus();
-}
-
-// A picture reduced for the predictor, in the working folder.
-absl::StatusOr<std::string> ReducedPicture(const std::string& path, int shrink,
-                                           const std::string& reduced) {
-  if (shrink == 1) return fs::absolute(path).lexically_normal().string();
-  ASSIGN_OR_RETURN(const ImageRgb8 picture, ReadPictureRgb8(path));
-  RETURN_IF_ERROR(WritePng(reduced, ShrinkPicture(picture, shrink)));
-  return reduced;
 }
 
 // Errors: kCancelled once the evaluation is to stop.
@@ -48,13 +38,17 @@ absl::StatusOr<std::vector<PredictionTask>> MakeTasks(const Benchmark& benchmark
   for (const BenchmarkPair& pair : benchmark.pairs) {
     RETURN_IF_ERROR(CheckGoesOn(benchmark, options));
     PredictionTask task{.name = pair.name, .output = PredictionPath(work_dir, pair.name)};
-    const std::string reduced = work_dir + "/" + pair.name;
-    ASSIGN_OR_RETURN(task.left, ReducedPicture(pair.left, pair.shrink, reduced + "_left.png"));
-    ASSIGN_OR_RETURN(task.right, ReducedPicture(pair.right, pair.shrink, reduced + "_right.png"));
+    ASSIGN_OR_RETURN(
+        const PreparedPair prepared,
+        PreparePair(pair, work_dir + "/" + pair.name,
+                    benchmark.own ? PairCheck::kPicturesAndTruth : PairCheck::kNothing));
+    task.left = prepared.left;
+    task.right = prepared.right;
+    for (const std::string& note : prepared.notes) options.note(note);
     fs::remove(task.output, error);  // An old prediction may be another predictor's.
     tasks.push_back(std::move(task));
-    if (pair.shrink == 1) continue;
-    options.progress("shrink", static_cast<int>(tasks.size()),
+    if (pair.shrink == 1 && !benchmark.own) continue;
+    options.progress(benchmark.own ? "check" : "shrink", static_cast<int>(tasks.size()),
                      static_cast<int>(benchmark.pairs.size()));
   }
   return tasks;

@@ -22,7 +22,9 @@ struct EvaluateOptions {
   int max_pairs = 0;  // Limit, spread evenly over the benchmark's pairs; 0: all.
   CancelToken cancel;
   Clock* clock = &Clock::System();
-  // Told the number of pairs that a stage is done with: "shrink", "predict", then "score".
+  // Called with what is odd about a pair that is scored nevertheless, one line; see PreparePair.
+  std::function<void(const std::string&)> note = [](const std::string&) {};
+  // Told the number of pairs that a stage is done with: "shrink" or "check", "predict", "score".
   std::function<void(std::string_view stage, int done, int total)> progress = [](std::string_view,
                                                                                  int, int) {};
 };
@@ -32,8 +34,8 @@ struct EvaluateOptions {
 //
 // Errors: as the predictor's; kNotFound naming the first pair without a prediction;
 // kInvalidArgument for a prediction of another size than its picture, and for pictures and truth
-// that don't fit; kDataLoss for a map of truth in which nothing is known; kCancelled in each stage;
-// reading as ReadTruth.
+// that don't fit; as PreparePair; kDataLoss for a map of truth in which nothing is known;
+// kCancelled in each stage; reading as ReadTruth.
 absl::StatusOr<Evaluation> Evaluate(Predictor& predictor, const Benchmark& benchmark,
                                     const EvaluateOptions& options);
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "common/image/io.h"
-#include "common/image/jpeg.h"
+#include "common/image/picture_pair.h"
 #include "worker/dataset/sheets/drawing.h"
 #include "worker/evaluate/evaluation.h"
 
@@ -60,7 +60,8 @@ absl::StatusOr<SheetRow> ReadRow(const Benchmark& benchmark, const Scores& score
     return NotFound("{}: has no pair {}", benchmark.name, scores.pair);
   }
   SheetRow row{.scores = &scores};
-  ASSIGN_OR_RETURN(row.left, ReadPictureRgb8(pair->left));
+  ASSIGN_OR_RETURN(PicturePair pictures, ReadPicturePair(pair->left, pair->right));
+  row.left = std::move(pictures.left);
   ASSIGN_OR_RETURN(PairTruth truth, pair->read_truth());
   row.truth_px = std::move(truth.disparity_px);
   ASSIGN_OR_RETURN(row.predicted_px, ReadPfm(PredictionPath(work_dir, scores.pair)));

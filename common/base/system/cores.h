@@ -2,8 +2,8 @@
 
 namespace parallax {
 
-// Returns the number of cores that this process may run on, at least 1. It is less than the
-// machine's under a scheduler that binds jobs to cores.
+// Returns the number of cores that this process may use, at least 1: the ones it is bound to, or
+// the quota of its control groups (a container's limit), rounded up, if that is less.
 int UsableCores();
 
 }  // namespace parallax

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <atomic>
 #include <fstream>
-#include <iterator>
-#include <sstream>
 #include <string>
+
+#include "common/base/system/cgroup.h"
 
 namespace parallax {
 namespace {
@@ -17,41 +17,22 @@ std::atomic<int64_t> limit_bytes{0};
 int64_t MachineMemory() {
   static const int64_t machine = [] {
     const int64_t bytes = static_cast<int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE);
-    std::ifstream file("/proc/self/cgroup");
-    const std::string groups((std::istreambuf_iterator<char>(file)), {});
-    const int64_t group = CgroupMemoryLimit(groups, "/sys/fs/cgroup");
+    const int64_t group = CgroupMemoryLimit(OwnCgroups(), "/sys/fs/cgroup");
     return group > 0 ? std::min(bytes, group) : bytes;
   }();
   return machine;
 }
 
-// The smallest limit in `file` of `root`/`group` and of the groups above it, up to `root` itself.
-int64_t SmallestLimit(const std::string& root, std::string group, const char* file) {
-  int64_t smallest = 0;
-  for (;;) {
-    std::ifstream in(root + group + "/" + file);
-    int64_t limit = 0;  // Stays so at "max".
-    if (in >> limit && limit > 0) smallest = smallest > 0 ? std::min(smallest, limit) : limit;
-    if (group.empty()) return smallest;
-    group.erase(group.find_last_of('/') == std::string::npos ? 0 : group.find_last_of('/'));
-  }
-}
-
 }  // namespace
 
 int64_t CgroupMemoryLimit(const std::string& groups, const std::string& root) {
-  std::istringstream lines(groups);
   int64_t smallest = 0;
-  for (std::string line; std::getline(lines, line);) {
-    const size_t first = line.find(':'), second = line.find(':', first + 1);
-    if (first == std::string::npos || second == std::string::npos) continue;
-    const std::string controllers = line.substr(first + 1, second - first - 1);
-    const std::string group = line.substr(second + 1);
-    const int64_t limit = controllers.empty() ? SmallestLimit(root, group, "memory.max")
-                          : ("," + controllers + ",").find(",memory,") != std::string::npos
-                              ? SmallestLimit(root + "/memory", group, "memory.limit_in_bytes")
-                              : 0;
-    if (limit > 0) smallest = smallest > 0 ? std::min(smallest, limit) : limit;
+  for (const std::string& folder : CgroupFolders(groups, root, "memory")) {
+    for (const char* file : {"/memory.max", "/memory.limit_in_bytes"}) {
+      int64_t limit = 0;  // Stays so at "max".
+      std::ifstream(folder + file) >> limit;
+      if (limit > 0) smallest = smallest > 0 ? std::min(smallest, limit) : limit;
+    }
   }
   return smallest;
 }

@@ -220,6 +220,18 @@ TEST(Calibration, RealSenseTakesTheExtrinsicsBetweenItsTwoStreams) {
               HasSubstr("of several streams (\"infrared1_to_color\", \"infrared1_to_gyro\")"));
 }
 
+TEST(Calibration, OpenCvsLooserYamlIsReadWithItsLines) {
+  const std::string text = StereoFileOf("opencv.yml");
+  const auto strict = ParseCalibration(text, "f");
+  std::string loose = text;
+  for (size_t at; (at = loose.find("data: [")) != std::string::npos;) loose.erase(at + 5, 1);
+  ASSERT_NE(loose, text);
+  const auto read = ParseCalibration(loose, "f");
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->baseline_m, strict->baseline_m);
+  EXPECT_EQ(read->rectified.fx_px, strict->rectified.fx_px);
+}
+
 TEST(Calibration, EveryPresetIsAPlausibleRectifiedCamera) {
   EXPECT_EQ(CameraPresets().size(), 8u);
   for (const std::string& name : CameraPresets()) {

@@ -153,7 +153,7 @@ TEST_F(PictureTest, JpegsStandUprightAsOpenCvShowsThem) {
 TEST_F(PictureTest, ReadingFailsWithTheReason) {
   const std::string jpeg = *EncodeJpeg(Noise<ImageRgb8>(64, 64), 95);
   const std::pair<std::string, std::string> cases[] = {
-      {jpeg.substr(0, jpeg.size() / 2), "broken JPEG: Premature end"},
+      {jpeg.substr(0, jpeg.size() / 2), "broken JPEG: Corrupt JPEG data: premature end"},
       {"\xff\xd8 nothing", "broken JPEG: "},
       {"RIFF....WEBP", "neither a PNG nor a JPEG"},
       {"", "neither a PNG nor a JPEG"}};
@@ -272,7 +272,6 @@ TEST(ImageIo, BrokenBytesAreErrorsAndNotCrashes) {
   EXPECT_EQ(std::string(DecodePngU8("GIF89a").status().message()), "not a PNG");
   EXPECT_FALSE(DecodePfm("Pf\n-1 5\n-1\n").ok());
   EXPECT_FALSE(DecodePfm("Pf\n99999999 99999999\n-1\n").ok());
-  EXPECT_FALSE(DecodePfm("Pf\n1 1\n1\n\0\0\0\0").ok());
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <cstring>
 
 #include "tests/worker/evaluate/test_tree.h"
@@ -58,10 +59,11 @@ TEST(DisparityFiles, BrokenArraysAreRefused) {
                {"PNG or something else", "other bytes"},
                {good.substr(0, 40), "ends early"},
                {good.substr(0, good.size() - 1), "ends early"},
-               {replaced("<f4", "<i4"), "type"},
-               {replaced("<f4", ">f4"), "type"},
-               {replaced("False", "True "), "Fortran"},
+               {good + "x", "bytes follow its last value"},
+               {replaced("<f4", "<c8"), "type"},
+               {replaced("<f4", "<i4"), "scale: N"},
                {replaced("(3, 5)", "(3, )5"), "shape"},
+               {replaced("(3, 5)", "(15,) "), "shape"},
                {replaced("(3, 5)", "(0, 5)"), "shape"}};
   for (const auto& c : cases) {
     const auto read = DecodeNpy(c.bytes);
@@ -78,6 +80,90 @@ TEST(DisparityFiles, DoublesReadAsFloats) {
   const auto read = DecodeNpy(bytes);
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(*read, Row({2.75f}));
+}
+
+// An array of 2 x 3 whose header is NumPy's, with these bytes of values.
+std::string NpyOf(const std::string& type, const std::string& order, const std::string& shape,
+                  const std::string& values) {
+  const std::string header =
+      "{'descr': '" + type + "', 'fortran_order': " + order + ", 'shape': " + shape + ", }\n";
+  return std::string("\x93NUMPY\x01\x00", 8) + static_cast<char>(header.size()) + '\0' + header +
+         values;
+}
+
+TEST(DisparityFiles, ArraysOfOtherTypesOrdersAndShapesAreRead) {
+  using std::string_literals::operator""s;
+  ImageF wanted(3, 2);
+  wanted.values() = {1, 1.5f, 2, 3, 4, 0.25f};
+  const std::string halves = "\x00\x3c\x00\x3e\x00\x40\x00\x42\x00\x44\x00\x34"s;
+  const std::string big = "\x3f\x80\0\0\x3f\xc0\0\0\x40\0\0\0\x40\x40\0\0\x40\x80\0\0\x3e\x80\0\0"s;
+  const std::string by_columns = "\x00\x3c\x00\x42\x00\x3e\x00\x44\x00\x40\x00\x34"s;
+  const std::string cases[] = {
+      NpyOf("<f2", "False", "(2, 3)", halves), NpyOf("<f2", "False", "(2, 3, 1)", halves),
+      NpyOf("<f2", "False", "(1, 2, 3)", halves), NpyOf(">f4", "False", "(2, 3)", big),
+      NpyOf("<f2", "True", "(2, 3)", by_columns)};
+  for (const std::string& bytes : cases) {
+    const auto read = DecodeNpy(bytes);
+    ASSERT_TRUE(read.ok()) << bytes.substr(10, 70) << read.status();
+    EXPECT_EQ(*read, wanted) << bytes.substr(10, 70);
+  }
+  const auto special = DecodeNpy(NpyOf("<f2", "False", "(1, 3)", "\x00\x7c\x00\xfe\x01\x00"s));
+  ASSERT_TRUE(special.ok()) << special.status();
+  EXPECT_EQ((*special)(0, 0), kInf);
+  EXPECT_TRUE(std::isnan((*special)(1, 0)));
+  EXPECT_EQ((*special)(2, 0), std::ldexp(1.0f, -24));  // The smallest half.
+  // Whole numbers say nothing of their scale.
+  const std::string steps = NpyOf("<i2", "False", "(1, 3)", "\x10\x00\xf0\xff\x00\x00"s);
+  const auto scaled = DecodeNpy(steps, 16);
+  ASSERT_TRUE(scaled.ok()) << scaled.status();
+  EXPECT_EQ((*scaled)(0, 0), 1);
+  EXPECT_EQ((*scaled)(1, 0), -1);
+  EXPECT_TRUE(std::isnan((*scaled)(2, 0)));
+  EXPECT_FALSE(DecodeNpy(steps).ok());
+}
+
+TEST(DisparityFiles, PngsOf24And8BitsAreRead) {
+  const TestTree tree;
+  // 100.5 px as FoundationStereo's digits: 100500 = 1 * 65025 + 139 * 255 + 30.
+  ImageRgb8 digits(2, 1);
+  digits.values() = {1, 139, 30, 0, 0, 0};
+  ASSERT_TRUE(WritePng(tree.Path("fsd.png"), digits).ok());
+  const auto read = ReadDisparity(tree.Path("fsd.png"));
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_FLOAT_EQ((*read)(0, 0), 100.5f);
+  EXPECT_TRUE(std::isnan((*read)(1, 0)));
+  // Middlebury 2003: four grey levels a pixel, and once more as R G B.
+  ASSERT_TRUE(WritePng(tree.Path("grey.png"), RowU8({40, 0, 255})).ok());
+  ImageRgb8 thrice(3, 1);
+  thrice.values() = {40, 40, 40, 0, 0, 0, 255, 255, 255};
+  ASSERT_TRUE(WritePng(tree.Path("thrice.png"), thrice).ok());
+  for (const char* name : {"grey.png", "thrice.png"}) {
+    EXPECT_EQ(*ReadTruth(tree.Path(name), 4), Row({10, 0, 63.75f})) << name;
+    EXPECT_THAT(std::string(ReadTruth(tree.Path(name)).status().message()),
+                HasSubstr(std::string(name) + ": 8-bit grey levels, which do not say their scale"));
+  }
+  // A scale that is given counts for every encoding.
+  tree.Png16("deep.png", Row({3, 5}), 64);
+  EXPECT_EQ(*ReadTruth(tree.Path("deep.png"), 64), Row({3, 5}));
+  tree.Pfm("steps.pfm", Row({300, 500}));
+  EXPECT_EQ(*ReadTruth(tree.Path("steps.pfm"), 100), Row({3, 5}));
+}
+
+TEST(DisparityFiles, MasksAreGreyInWhateverPng) {
+  const TestTree tree;
+  ImageRgb8 grey(3, 1), coloured(3, 1, 7);
+  grey.values() = {0, 0, 0, 128, 128, 128, 255, 255, 255};
+  coloured.values()[1] = 8;
+  ASSERT_TRUE(WritePng(tree.Path("grey.png"), grey).ok());
+  ASSERT_TRUE(WritePng(tree.Path("coloured.png"), coloured).ok());
+  tree.Png16("deep.png", Row({1, 2, 3}));
+  const auto mask = ReadMask(tree.Path("grey.png"));
+  ASSERT_TRUE(mask.ok()) << mask.status();
+  EXPECT_EQ(*mask, RowU8({0, 128, 255}));
+  EXPECT_THAT(std::string(ReadMask(tree.Path("coloured.png")).status().message()),
+              HasSubstr("coloured.png: a mask in colours"));
+  EXPECT_THAT(std::string(ReadMask(tree.Path("deep.png")).status().message()),
+              HasSubstr("deep.png: a mask is a PNG of at most 8 bits"));
 }
 
 TEST(DisparityFiles, PngHoldsSteps256thAndMarksMissing) {

@@ -48,7 +48,8 @@ TEST_F(EvaluateTest, SaysWhatWasEvaluated) {
   EXPECT_EQ(evaluation->run.seed, 4);
   EXPECT_EQ(evaluation->images.size(), 3);
   EXPECT_EQ(FigureOf(evaluation->headline, *evaluation), 0);
-  EXPECT_EQ(progress.size(), 2u) << "nothing is shrunk";
+  EXPECT_EQ(progress.size(), 3u) << "nothing is shrunk";
+  EXPECT_EQ(progress["check"], (std::vector<int>{13, 23, 33})) << "pairs of a user";
   EXPECT_EQ(progress["predict"], (std::vector<int>{13, 23, 33}));
   EXPECT_EQ(progress["score"], (std::vector<int>{13, 23, 33}));
   EXPECT_FALSE(std::filesystem::exists(PredictionPath(options_.work_dir, "a")));
@@ -65,7 +66,7 @@ TEST_F(EvaluateTest, EachStageStopsSoonAfterItIsCancelled) {
     tree_.Pfm(std::string("predictions/") + name + ".pfm", ImageF(3, 1, 10.0f));
   }
   ASSERT_TRUE(Run().ok());
-  for (const std::string stop_in : {"shrink", "predict", "score"}) {
+  for (const std::string stop_in : {"check", "predict", "score"}) {
     options_.cancel = CancelToken();
     std::string last;
     int told = 0;

@@ -161,6 +161,31 @@ TEST_F(CommandTest, GetsAListOfPathsWithoutSpacesAndWritesTheOutputs) {
   EXPECT_EQ(*ReadPfm(tree_.Path("out.pfm")), ImageF(4, 2, 7.0f));
 }
 
+// A folder below `dir`, made.
+std::string FolderIn(const std::string& dir, const std::string& name) {
+  std::filesystem::create_directories(dir + "/" + name);
+  return dir + "/" + name;
+}
+
+TEST_F(CommandTest, BlanksInAnyFolderDoNotReachTheList) {
+  const std::string work = FolderIn(tree_.dir(), "my studies/x\ty");
+  const std::string temporary = FolderIn(tree_.dir(), "tmp dir");
+  ::setenv("TMPDIR", temporary.c_str(), 1);
+  const auto predictor = MakeCommandPredictor(
+      {.command = "test -z \"$(tr -d '/\\n' < {list} | tr -dc '\\t')\" && read left right out more "
+                  "< {list} && test -z \"$more\" && test -f \"$left\" && cp " +
+                  tree_.Path("truth.pfm") + " $out && wc -w {list}",
+       .start_s = 20,
+       .pair_s = 0});
+  const absl::Status status = predictor->Predict(
+      {{"p", tree_.Path("my left.png"), tree_.Path("right.png"), work + "/p.pfm"}},
+      {.work_dir = work});
+  ::unsetenv("TMPDIR");
+  ASSERT_TRUE(status.ok()) << status;
+  EXPECT_EQ(*ReadPfm(work + "/p.pfm"), ImageF(4, 2, 7.0f));
+  EXPECT_TRUE(std::filesystem::is_empty(temporary)) << "the links are removed";
+}
+
 TEST_F(CommandTest, FailureShowsStatusAndEndOfLog) {
   const absl::Status status =
       Run("for i in $(seq 100); do echo line $i; done; echo cuda fault >&2; exit 3; cat {list}");

@@ -6,7 +6,6 @@
 #include <cctype>
 #include <filesystem>
 
-#include "common/image/io.h"
 #include "worker/evaluate/disparity_files.h"
 #include "worker/evaluate/visibility.h"
 
@@ -39,7 +38,9 @@ std::vector<std::string> SubFolders(const std::string& dir) {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(dir, error)) {
     const std::string name = entry.path().filename();
-    if (name[0] != '.' && entry.is_directory(error)) names.push_back(name);
+    // Archives of macOS hold __MACOSX beside their folders, and ._NAME beside their files.
+    if (name[0] == '.' || name == "__MACOSX") continue;
+    if (entry.is_directory(error)) names.push_back(name);
   }
   std::sort(names.begin(), names.end());
   return names;
@@ -50,7 +51,8 @@ std::vector<std::string> FilesEnding(const std::string& dir, const std::string& 
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(dir, error)) {
     const std::string name = entry.path().filename();
-    if (name.ends_with(ending) && entry.is_regular_file(error)) names.push_back(name);
+    if (name[0] != '.' && name.ends_with(ending) && entry.is_regular_file(error))
+      names.push_back(name);
   }
   std::sort(names.begin(), names.end());
   return names;
@@ -85,7 +87,7 @@ absl::StatusOr<PairTruth> ReadMiddleburyTruth(const MiddleburyFiles& files) {
            image.height() == truth.disparity_px.height();
   };
   if (!files.mask.empty()) {
-    ASSIGN_OR_RETURN(const ImageU8 mask, ReadPngU8(files.mask));
+    ASSIGN_OR_RETURN(const ImageU8 mask, ReadMask(files.mask));
     if (!fits(mask)) return WrongSize(files.mask, truth.disparity_px);
     truth.regions["nocc"] = VisibleOf(mask);
   } else if (!files.right.empty()) {

@@ -14,9 +14,11 @@ namespace parallax {
 absl::StatusOr<std::string> FindFolder(const std::string& dir,
                                        const std::vector<std::string>& candidates);
 
-// Returns the names of the folders in `dir`, sorted; those that begin with a dot are left out.
+// Returns the names of the folders in `dir`, sorted; those that begin with a dot, and
+// __MACOSX, are left out.
 std::vector<std::string> SubFolders(const std::string& dir);
-// Returns the names of the files in `dir` that end with the given ending, sorted.
+// Returns the names of the files in `dir` that end with the given ending, sorted; those
+// that begin with a dot are left out.
 std::vector<std::string> FilesEnding(const std::string& dir, const std::string& ending);
 
 bool IsFile(const std::string& path);

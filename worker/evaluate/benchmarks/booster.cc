@@ -20,7 +20,7 @@ struct BoosterFiles {
 
 absl::StatusOr<PairTruth> ReadBoosterTruth(const BoosterFiles& files) {
   PairTruth truth;
-  ASSIGN_OR_RETURN(const ImageF full, ReadTruth(files.truth, 256, kShrink * kLargestTruthPx));
+  ASSIGN_OR_RETURN(const ImageF full, ReadTruth(files.truth, {}, kShrink * kLargestTruthPx));
   ASSIGN_OR_RETURN(const ImageU8 visible, ReadPngU8(files.visible));
   ASSIGN_OR_RETURN(const ImageU8 materials, ReadPngU8(files.materials));
   for (const auto* map : {&visible, &materials}) {

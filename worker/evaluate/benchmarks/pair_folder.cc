@@ -26,6 +26,7 @@ absl::StatusOr<Benchmark> OpenPairFolder(const std::string& dir) {
   }
   const std::string root = fs::absolute(dir).lexically_normal();
   Benchmark benchmark;
+  benchmark.own = true;
   benchmark.headline = {.measure = BadAt(2)};
   benchmark.figures = {{.measure = BadAt(2), .region = "nocc"},
                        {.measure = BadAt(1)},

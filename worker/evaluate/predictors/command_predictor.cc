@@ -1,5 +1,9 @@
+#include <fmt/core.h>
+
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
+#include <map>
 
 #include "common/base/status.h"
 #include "common/base/system/file.h"
@@ -13,10 +17,6 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kPlaceholder = "{list}";
 
-bool HasSpace(const std::string& path) {
-  return path.find_first_of(" \t\r\n") != std::string::npos;
-}
-
 // In single quotes for the shell.
 std::string Quoted(const std::string& word) {
   std::string quoted = "'";
@@ -24,15 +24,67 @@ std::string Quoted(const std::string& word) {
   return quoted + "'";
 }
 
-// The list separates its fields by spaces: a picture whose path has one is reached by a link.
-absl::StatusOr<std::string> SpacelessPath(const std::string& path, const std::string& link) {
-  if (!HasSpace(path)) return path;
-  std::error_code error;
-  fs::remove(link, error);
-  fs::create_symlink(path, link, error);
-  if (error) return ErrnoError(error.value(), "link " + link);
-  return link;
+bool HasBlank(const std::string& path) {
+  return path.find_first_of(" \t\r\n\v\f") != std::string::npos;
 }
+
+// Names without blanks for paths that have some, because blanks separate the fields of a list. They
+// lie in a temporary folder of links, made when the first one is needed and removed with this.
+class BlanklessPaths {
+ public:
+  BlanklessPaths() = default;
+  ~BlanklessPaths() {
+    std::error_code error;
+    if (!folder_.empty()) fs::remove_all(folder_, error);
+  }
+  BlanklessPaths(const BlanklessPaths&) = delete;
+  BlanklessPaths& operator=(const BlanklessPaths&) = delete;
+
+  // Returns `path`, or another path of the same file, which need not exist yet unless its own name
+  // has a blank.
+  absl::StatusOr<std::string> Of(const std::string& path) {
+    if (!HasBlank(path)) return path;
+    const fs::path full(path);
+    if (HasBlank(full.filename())) {
+      return LinkTo(path, fmt::format("{}{}", links_.size(), full.extension().string()));
+    }
+    ASSIGN_OR_RETURN(const std::string folder,
+                     LinkTo(full.parent_path(), std::to_string(links_.size())));
+    return folder + "/" + full.filename().string();
+  }
+
+ private:
+  absl::StatusOr<std::string> LinkTo(const std::string& path, const std::string& name) {
+    const auto known = links_.find(path);
+    if (known != links_.end()) return known->second;
+    if (folder_.empty()) {
+      RETURN_IF_ERROR(MakeFolder());
+    }
+    std::string link = folder_ + "/" + name;
+    if (HasBlank(link)) link = folder_ + "/" + std::to_string(links_.size());
+    std::error_code error;
+    fs::create_symlink(path, link, error);
+    if (error) return ErrnoError(error.value(), "link " + link);
+    return links_[path] = link;
+  }
+
+  absl::Status MakeFolder() {
+    const char* const candidates[] = {std::getenv("TMPDIR"), "/tmp", "/var/tmp", "/dev/shm"};
+    for (const char* candidate : candidates) {
+      if (candidate == nullptr || candidate[0] != '/' || HasBlank(candidate)) continue;
+      std::string folder = std::string(candidate) + "/parallax-links-XXXXXX";
+      if (mkdtemp(folder.data()) == nullptr) continue;
+      folder_ = folder;
+      return absl::OkStatus();
+    }
+    return FailedPrecondition(
+        "no folder for links: a path of this prediction has a blank, and none of $TMPDIR, /tmp, "
+        "/var/tmp and /dev/shm is both writable and without blanks");
+  }
+
+  std::string folder_;
+  std::map<std::string, std::string> links_;  // By the path that they lead to.
+};
 
 class CommandPredictor : public Predictor {
  public:
@@ -47,10 +99,15 @@ class CommandPredictor : public Predictor {
     if (at == std::string::npos) {
       return InvalidArgument("`{}`: has no {{list}} to put the list of pairs at", options_.command);
     }
-    ASSIGN_OR_RETURN(const std::string list, WriteList(tasks, context.work_dir));
+    BlanklessPaths paths;
+    ASSIGN_OR_RETURN(const std::string list, WriteList(tasks, context.work_dir, paths));
     CommandOptions run;
     run.command = options_.command;
-    run.command.replace(at, kPlaceholder.size(), Quoted(list));
+    const std::string quoted = Quoted(list);
+    for (size_t place = at; place != std::string::npos;
+         place = run.command.find(kPlaceholder, place + quoted.size())) {
+      run.command.replace(place, kPlaceholder.size(), quoted);
+    }
     run.name = options_.name;
     run.directory = options_.directory;
     run.log = context.work_dir + "/predictor.log";
@@ -68,27 +125,19 @@ class CommandPredictor : public Predictor {
   }
 
  private:
+  // Returns the list's path, without blanks as all that it names.
   static absl::StatusOr<std::string> WriteList(const std::vector<PredictionTask>& tasks,
-                                               const std::string& work_dir) {
-    if (HasSpace(work_dir)) {
-      return InvalidArgument("{}: a command's working folder can't have a space in its path",
-                             work_dir);
-    }
+                                               const std::string& work_dir, BlanklessPaths& paths) {
     std::string text;
     for (const PredictionTask& task : tasks) {
-      const std::string link = work_dir + "/" + task.name;
-      const auto extension = [](const std::string& path) {
-        return fs::path(path).extension().string();
-      };
-      ASSIGN_OR_RETURN(const std::string left,
-                       SpacelessPath(task.left, link + "_left" + extension(task.left)));
-      ASSIGN_OR_RETURN(const std::string right,
-                       SpacelessPath(task.right, link + "_right" + extension(task.right)));
-      text += left + " " + right + " " + task.output + "\n";
+      ASSIGN_OR_RETURN(const std::string left, paths.Of(task.left));
+      ASSIGN_OR_RETURN(const std::string right, paths.Of(task.right));
+      ASSIGN_OR_RETURN(const std::string output, paths.Of(task.output));
+      text += left + " " + right + " " + output + "\n";
     }
     const std::string list = work_dir + "/pairs.txt";
     RETURN_IF_ERROR(WriteFile(list, text));
-    return list;
+    return paths.Of(list);
   }
 
   CommandPredictorOptions options_;

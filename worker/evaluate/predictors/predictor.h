@@ -48,7 +48,8 @@ std::unique_ptr<Predictor> MakeSgbmPredictor();
 // A command and its time limits.
 struct CommandPredictorOptions {
   // Run by /bin/sh; "{list}" is replaced by the path of a text file with a line `left right output`
-  // a pair. The command writes each output as PFM and exits with 0.
+  // a pair; none of its paths has a blank, whatever the folders are called (links lead there). The
+  // command writes each output as PFM and exits with 0.
   std::string command;
   double start_s = 300;        // It may take this long,
   double pair_s = 120;         // and this much longer for each pair; then it is killed.

@@ -5,7 +5,7 @@
 
 #include "common/base/status.h"
 #include "common/image/io.h"
-#include "common/image/jpeg.h"
+#include "common/image/picture_pair.h"
 #include "worker/evaluate/predictors/fill_holes.h"
 #include "worker/evaluate/predictors/predictor.h"
 
@@ -58,12 +58,9 @@ class SgbmPredictor : public Predictor {
     int done = 0;
     for (const PredictionTask& task : tasks) {
       if (context.cancel.cancelled()) return Cancelled("sgbm: stopped");
-      ASSIGN_OR_RETURN(const ImageRgb8 left, ReadPictureRgb8(task.left));
-      ASSIGN_OR_RETURN(const ImageRgb8 right, ReadPictureRgb8(task.right));
-      if (left.width() != right.width() || left.height() != right.height()) {
-        return InvalidArgument("pair {}: left and right pictures differ in size", task.name);
-      }
-      RETURN_IF_ERROR(WritePfm(task.output, FillHoles(Match(left, right))));
+      const absl::StatusOr<PicturePair> pair = ReadPicturePair(task.left, task.right);
+      if (!pair.ok()) return WithContext(pair.status(), "pair " + task.name);
+      RETURN_IF_ERROR(WritePfm(task.output, FillHoles(Match(pair->left, pair->right))));
       context.progress(++done);
     }
     return absl::OkStatus();

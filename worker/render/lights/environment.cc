@@ -1,5 +1,7 @@
 #include "worker/render/lights/environment.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -8,6 +10,7 @@
 #include <utility>
 
 #include "common/base/system/file.h"
+#include "common/base/system/log.h"
 #include "common/image/hdr.h"
 #include "common/image/io.h"
 #include "common/math/color.h"
@@ -38,6 +41,37 @@ ImageF3 AveragedDown(const ImageF3& image, int factor) {
     }
   }
   return out;
+}
+
+// What a sky of half floats can hold: brighter pixels, of the sun, come as infinite.
+constexpr float kLargestHalf = 65504;
+
+// Makes values below 0, which resampling leaves beside the sun, 0, and infinite ones as large as
+// the largest of the picture, at least kLargestHalf. Returns how many and where, or "". Errors:
+// kInvalidArgument for a value that is no number, with its place.
+absl::StatusOr<std::string> MendLight(ImageF3& picture) {
+  float largest = kLargestHalf;
+  for (const float value : picture.values()) {
+    if (std::isfinite(value)) largest = std::max(largest, value);
+  }
+  size_t negative = 0, infinite = 0, first = 0;
+  for (size_t i = 0; i < picture.values().size(); ++i) {
+    float& value = picture.values()[i];
+    if (std::isfinite(value) && value >= 0) continue;
+    const size_t pixel = i / 3, width = static_cast<size_t>(picture.width());
+    if (std::isnan(value)) {
+      return InvalidArgument("a value that is no number (NaN) at column {}, row {}", pixel % width,
+                             pixel / width);
+    }
+    if (negative + infinite == 0) first = pixel;
+    ++(value < 0 ? negative : infinite);
+    value = value < 0 ? 0 : largest;
+  }
+  if (negative + infinite == 0) return "";
+  return fmt::format(
+      "{} values below 0 taken as 0, {} infinite ones as {:g}; the first at column {}, row {}",
+      negative, infinite, largest, first % static_cast<size_t>(picture.width()),
+      first / static_cast<size_t>(picture.width()));
 }
 
 float PixelLuminance(const ImageF3& image, int x, int y) {
@@ -89,8 +123,11 @@ absl::StatusOr<std::shared_ptr<const Environment>> OpenEnvironment(uint64_t seed
 absl::StatusOr<std::shared_ptr<const Environment>> Environment::Read(const std::string& path) {
   ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
   const bool exr = bytes.substr(0, 4) == std::string_view("\x76\x2f\x31\x01", 4);
-  const absl::StatusOr<ImageF3> picture = exr ? DecodeExrRgb(bytes) : DecodeHdr(bytes);
+  absl::StatusOr<ImageF3> picture = exr ? DecodeExrPicture(bytes) : DecodeHdr(bytes);
   if (!picture.ok()) return WithContext(picture.status(), path);
+  const absl::StatusOr<std::string> note = MendLight(*picture);
+  if (!note.ok()) return WithContext(note.status(), path);
+  if (!note->empty()) LogWarning("sky", {{"file", path}, {"note", *note}});
   auto environment = Make(*picture);
   if (!environment.ok()) return WithContext(environment.status(), path);
   return environment;

@@ -112,6 +112,37 @@ TEST(Environment, BadPicturesAreRefusedWithWhatIsWrong) {
   EXPECT_THAT(message(ImageF3(64, 32, 0.0f)), HasSubstr("black above the horizon"));
 }
 
+TEST(Environment, NegativeAndInfiniteLightOfAFileIsMendedAndNoted) {
+  const std::string path = testing::TempDir() + "odd_sky.exr";
+  ImageF3 picture(64, 32, 1.0f);
+  picture(5, 3, 1) = -0.25f;
+  picture(6, 3) = std::numeric_limits<float>::infinity();
+  picture(7, 3) = -std::numeric_limits<float>::infinity();
+  ASSERT_TRUE(WriteFile(path, *EncodeExrRgb(picture)).ok());
+  testing::internal::CaptureStderr();
+  const auto mended = Environment::Read(path);
+  const std::string log = testing::internal::GetCapturedStderr();
+  ASSERT_TRUE(mended.ok()) << mended.status();
+  EXPECT_THAT(log, HasSubstr("2 values below 0 taken as 0, 1 infinite ones as 65504; the first at "
+                             "column 5, row 3"));
+  picture = ImageF3(64, 32, 1.0f);
+  picture(6, 3) = std::numeric_limits<float>::infinity();
+  picture(7, 3) = 65504;
+  picture(5, 3, 1) = 0;
+  ASSERT_TRUE(WriteFile(path, *EncodeExrRgb(picture)).ok());
+  testing::internal::CaptureStderr();
+  const auto bright = Environment::Read(path);
+  testing::internal::GetCapturedStderr();
+  ASSERT_TRUE(bright.ok()) << bright.status();
+  EXPECT_TRUE(std::isfinite((*bright)->mean_luminance()));
+  EXPECT_GT((*bright)->mean_luminance(), (*mended)->mean_luminance());
+  picture(3, 4) = std::numeric_limits<float>::quiet_NaN();
+  ASSERT_TRUE(WriteFile(path, *EncodeExrRgb(picture)).ok());
+  EXPECT_THAT(std::string(Environment::Read(path).status().message()),
+              HasSubstr("odd_sky.exr: a value that is no number (NaN) at column 3, row 4"));
+  std::filesystem::remove(path);
+}
+
 TEST(Environment, IsReadFromBothFormats) {
   const std::string dir = testing::TempDir() + "environments";
   std::filesystem::remove_all(dir);

@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "common/base/system/log.h"
+#include "common/base/system/memory_end.h"
 #include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "common/store/store.h"
@@ -182,6 +183,7 @@ ProgramError ExplainOpenError(const absl::Status& status, const std::string& db)
 }
 
 ProgramError Serve(const ServeOptions& options) {
+  EndWhenMemoryRunsOut("coordinator", 1);
   const sigset_t signals = BlockStopSignals();
   auto security = MakeRpcSecurity(options.insecure, options.tls_dir, Clock::System());
   if (!security.ok()) return {security.status(), kExitUsage};

@@ -3,12 +3,14 @@
 
 #include <filesystem>
 
+#include "common/base/system/memory_end.h"
 #include "worker/agent/worker_program.h"
 #include "worker/jobs/jobs.h"
 #include "worker/jobs/offered_tags.h"
 #include "worker/materials/pictures/user_picture.h"
 
 int main(int argc, char** argv) {
+  parallax::NameUncaughtExceptions("worker");
   std::unique_ptr<tbb::global_control> threads;  // One limit for all jobs together.
   const auto options = std::make_shared<parallax::JobOptions>();
   return parallax::RunWorkerProgram(

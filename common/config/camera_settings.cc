@@ -147,7 +147,7 @@ class CameraNode {
                               "relative to the folder of this one");
       return "";
     }
-    const absl::StatusOr<std::string> text = ReadFile(path, kMostBytes);
+    const absl::StatusOr<std::string> text = ReadCalibrationFile(path, kMostBytes);
     if (!text.ok()) {
       Tell("calibration", ToStd(text.status().message()));
       return "";

@@ -1,6 +1,7 @@
 #include "common/rpc/certificate.h"
 
 #include <arpa/inet.h>
+#include <fmt/core.h>
 #include <openssl/bio.h>
 #include <openssl/err.h>
 #include <openssl/evp.h>
@@ -68,7 +69,12 @@ absl::StatusOr<std::string> AlternativeNames(const std::vector<std::string>& hos
     const bool address = IsIpAddress(host);
     if (!address && (host.empty() || host.size() > 253 || host[0] == '.' || host[0] == '-' ||
                      !std::all_of(host.begin(), host.end(), in_name))) {
-      return InvalidArgument("host '{}': wanted a host name or an IP address", host.substr(0, 253));
+      const auto bad = std::find_if_not(host.begin(), host.end(), in_name);
+      return InvalidArgument(
+          "host {}: wanted a host name or an IP address{}", Quoted(host),
+          bad == host.end() ? ""
+                            : fmt::format("; a name has letters, digits, '-' and '.', and no {}",
+                                          Quoted(std::string_view(&*bad, 1))));
     }
     text += (text.empty() ? "" : ",") + std::string(address ? "IP:" : "DNS:") + host;
   }

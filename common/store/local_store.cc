@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "common/base/names.h"
 #include "common/base/status.h"
 #include "common/base/system/file.h"
 #include "common/base/system/secret.h"
@@ -337,6 +338,10 @@ absl::StatusOr<std::unique_ptr<Store>> OpenLocalStore(const std::string& root,
                                                       const StoreOptions& options) {
   const std::string absolute =
       std::filesystem::path(std::filesystem::absolute(root)).lexically_normal();
+  // The path travels to workers in messages, whose texts are UTF-8.
+  if (!IsUtf8(absolute)) {
+    return InvalidArgument("folder {}: its name is not UTF-8", Printable(absolute));
+  }
   std::string folder = absolute;
   while (folder.size() > 1 && folder.back() == '/') folder.pop_back();
   std::error_code error;

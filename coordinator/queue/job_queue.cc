@@ -1,8 +1,11 @@
 #include "coordinator/queue/job_queue.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <utility>
 
+#include "common/base/names.h"
+#include "common/base/status.h"
 #include "coordinator/queue/commands/finisher.h"
 #include "coordinator/queue/commands/lease_book.h"
 #include "coordinator/queue/commands/machine.h"
@@ -122,6 +125,13 @@ absl::Status JobQueue::Impl::Open() {
 }
 
 absl::StatusOr<std::unique_ptr<JobQueue>> JobQueue::Open(JobQueueOptions options) {
+  constexpr size_t kLongestPath = 500;  // SQLite's own bound is 512, with the endings of its files.
+  std::error_code error;
+  const std::string full = std::filesystem::absolute(options.db_path, error);
+  if (full.size() > kLongestPath) {
+    return InvalidArgument("database {}...: its path has {} bytes, allowed are {}",
+                           Printable(full.substr(0, 60)), full.size(), kLongestPath);
+  }
   auto impl = std::make_unique<Impl>(std::move(options));
   RETURN_IF_ERROR(impl->Open());
   return std::unique_ptr<JobQueue>(new JobQueue(std::move(impl)));

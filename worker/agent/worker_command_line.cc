@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <sstream>
 
 #include "common/base/names.h"
@@ -54,6 +55,12 @@ std::string DefaultName() {
 std::string FolderFrom(const char* variable) {
   const char* const value = std::getenv(variable);
   return value != nullptr && value[0] == '/' ? value : "";
+}
+
+// Trainers run in folders of their own: a path that they are given must not depend on ours. ""
+// stays.
+std::string Absolute(const std::string& path) {
+  return path.empty() ? path : std::filesystem::absolute(path).lexically_normal().string();
 }
 
 // A folder of this user that survives a crash of the machine.
@@ -237,7 +244,7 @@ absl::StatusOr<AgentOptions> AgentOptionsOf(const WorkerCommandLine& line,
   options.build_id =
       std::string("generator-") + kLayoutVersion + "." + kSceneVersion + "." + kFrameVersion;
   options.store_uri = line.store;
-  options.outbox_root = line.outbox.empty() ? DefaultOutbox() : line.outbox;
+  options.outbox_root = Absolute(line.outbox.empty() ? DefaultOutbox() : line.outbox);
   options.grace_s = line.grace_s;
   options.long_grace_s = line.long_grace_s;
   options.idle_exit_s = line.idle_exit_s;
@@ -252,12 +259,12 @@ WorkerSettings WorkerSettingsOf(const WorkerCommandLine& line, const AgentOption
   settings.threads = options.cores;
   settings.picture_root = line.picture_root;
   settings.allowed_trainers = SplitWords(line.allowed_trainers);
-  settings.trainers_dir = line.trainers_dir;
-  settings.benchmarks_dir = line.benchmarks_dir;
+  settings.trainers_dir = Absolute(line.trainers_dir);
+  settings.benchmarks_dir = Absolute(line.benchmarks_dir);
   settings.cores_dir = line.cores_dir.empty()
                            ? options.outbox_root + "/" + options.name + "/staging/cores"
-                           : line.cores_dir;
-  settings.cache_dir = line.cache_dir.empty() ? DefaultCache() : line.cache_dir;
+                           : Absolute(line.cores_dir);
+  settings.cache_dir = Absolute(line.cache_dir.empty() ? DefaultCache() : line.cache_dir);
   settings.cache_bytes = line.cache_gb << 30;
   return settings;
 }

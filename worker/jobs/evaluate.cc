@@ -5,6 +5,7 @@
 
 #include "common/base/status.h"
 #include "common/base/system/file.h"
+#include "common/base/system/log.h"
 #include "common/store/store.h"
 #include "parallax/v1/train.pb.h"
 #include "worker/agent/attempts/failure.h"
@@ -118,6 +119,9 @@ class EvaluateAttempt {
     options.keep_predictions = true;
     options.max_pairs = job_.max_pairs();
     options.cancel = cancel_;
+    options.note = [this](const std::string& note) {
+      LogWarning("benchmark", {{"name", job_.benchmark()}, {"note", note}});
+    };
     options.progress = [this](std::string_view stage, int done, int total) {
       progress_(static_cast<double>(done) / std::max(1, total), stage,
                 {{"pairs", static_cast<double>(done)}});

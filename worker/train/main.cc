@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstdio>
 #include <functional>
+#include <iomanip>
 #include <iostream>
 #include <memory>
 #include <sstream>
@@ -13,7 +14,7 @@
 #include "common/base/system/file.h"
 #include "common/base/version.h"
 #include "common/image/io.h"
-#include "common/image/jpeg.h"
+#include "common/image/picture_pair.h"
 #include "worker/train/network/exchange_network.h"
 #include "worker/train/network/torchscript.h"
 #include "worker/train/trained_predictor.h"
@@ -186,9 +187,9 @@ absl::StatusOr<PredictPair> LoadExchanged(const PredictArguments& a) {
 
 absl::Status PredictOne(const PredictPair& predict, const std::string& left_path,
                         const std::string& right_path, const std::string& out) {
-  ASSIGN_OR_RETURN(const ImageRgb8 left, ReadPictureRgb8(left_path));
-  ASSIGN_OR_RETURN(const ImageRgb8 right, ReadPictureRgb8(right_path));
-  absl::StatusOr<ImageF> disparity = predict(left, right);
+  ASSIGN_OR_RETURN(const PicturePair pair, ReadPicturePair(left_path, right_path));
+  for (const std::string& note : pair.notes) std::cerr << "note: " << note << "\n";
+  absl::StatusOr<ImageF> disparity = predict(pair.left, pair.right);
   if (!disparity.ok()) return WithContext(disparity.status(), left_path + " and " + right_path);
   const absl::Status written = WritePfm(out, *disparity);
   // A full disk has the code of exhausted memory, and another exit status.
@@ -203,9 +204,10 @@ absl::Status PredictList(const PredictPair& predict, const std::string& list) {
     ++number;
     std::istringstream words(line);
     std::string left, right, out, more;
-    if (!(words >> left)) continue;
-    if (!(words >> right >> out) || (words >> more)) {
-      return InvalidArgument("{}:{}: wanted \"left right output.pfm\"", list, number);
+    if (!(words >> std::quoted(left))) continue;
+    if (!(words >> std::quoted(right) >> std::quoted(out)) || (words >> more)) {
+      return InvalidArgument("{}:{}: wanted \"left right output.pfm\", names with blanks in \"\"",
+                             list, number);
     }
     RETURN_IF_ERROR(PredictOne(predict, left, right, out));
   }

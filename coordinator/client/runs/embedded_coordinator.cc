@@ -3,11 +3,13 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 
 #include "common/base/system/file.h"
+#include "common/base/system/memory_end.h"
 #include "common/store/store.h"
 #include "coordinator/client/exit_code.h"
 #include "coordinator/http/http_server.h"
@@ -36,6 +38,16 @@ constexpr double kLease_s = 30;
   _exit(kExitDisk);
 }
 
+// Without memory or threads, gRPC's shutdown may wait for ever.
+constexpr unsigned kLongestShutdown_s = 60;
+
+void EndOnLongShutdown(int) {
+  constexpr char kLine[] =
+      "error: the run's coordinator did not shut down in 60 s; nothing finished is lost\n";
+  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, kLine, sizeof kLine - 1);
+  _exit(kExitFailed);
+}
+
 // A killed run leaves its socket's folder behind; `note`, in the run's own folder, says where it
 // is. Removes no more than the socket and an empty folder of our kind of name.
 void RemoveLeftSocket(const std::string& note) {
@@ -62,6 +74,7 @@ absl::StatusOr<std::string> MakeSocketFolder() {
 
 absl::StatusOr<std::unique_ptr<EmbeddedCoordinator>> EmbeddedCoordinator::Start(
     const std::string& work_dir) {
+  EndWhenMemoryRunsOut("the run's coordinator", kExitFailed);
   std::unique_ptr<EmbeddedCoordinator> coordinator(new EmbeddedCoordinator);
   const std::string store = work_dir + "/store";
   std::error_code error;
@@ -103,10 +116,14 @@ absl::StatusOr<std::string> EmbeddedCoordinator::ServePage(const std::string& li
 }
 
 EmbeddedCoordinator::~EmbeddedCoordinator() {
+  const auto handler_before = std::signal(SIGALRM, EndOnLongShutdown);
+  alarm(kLongestShutdown_s);
   page_.reset();
   if (server_ != nullptr) server_->Shutdown();
   server_.reset();
   queue_.reset();
+  alarm(0);
+  std::signal(SIGALRM, handler_before);
   std::error_code error;
   if (socket_dir_.empty()) return;
   fs::remove_all(socket_dir_, error);

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "common/base/system/memory_end.h"
+
 namespace parallax {
 namespace {
 
@@ -14,8 +16,10 @@ absl::StatusCode CodeOf(int sqlite_code) {
     case SQLITE_NOTADB:
     case SQLITE_FORMAT:
       return absl::StatusCode::kDataLoss;
-    case SQLITE_FULL:
     case SQLITE_NOMEM:
+      EndIfMemoryIsNeeded();
+      [[fallthrough]];
+    case SQLITE_FULL:
     case SQLITE_TOOBIG:
       return absl::StatusCode::kResourceExhausted;
     case SQLITE_IOERR:

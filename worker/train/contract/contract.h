@@ -12,7 +12,8 @@
 //                 `checkpoint_every` divides the steps at which checkpoints are kept
 //   {resume}      the checkpoint to go on from (`resume` only)
 //   {width} {height} {batch}   (`size` and `batch` only, which are appended if the study sets them)
-//   {checkpoint} {list}        of `predict`: the trained checkpoint; lines "left right output.pfm"
+//   {checkpoint} {list}        of `predict`: the trained checkpoint; lines "left right output.pfm",
+//                 split at blanks: none of these paths has one, wherever the worker's folders lie
 //   {repository}  the folder of the trainer's own code on the worker; see installed_trainers.h
 //
 // `predict` is a command, or the format of the final checkpoint, torchscript or onnx, if that is a

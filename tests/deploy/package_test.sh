@@ -36,7 +36,8 @@ mkdir "$work/hostile"
 cp "$source/README.md" "$work/hostile/libembree3.so.3"
 cat > "$work/look.sh" <<'LOOK'
 env > "$0.environment"
-cat /proc/$PPID/comm > "$0.parent"
+read -r _ _ _ above _ < /proc/$PPID/stat  # The parent is the shell that runs the command line.
+cat "/proc/$above/comm" > "$0.parent"
 ls -l /proc/self/fd > "$0.files"
 exit 1
 LOOK
@@ -48,7 +49,7 @@ grep -qx parallax look.sh.parent || fail "the process is called $(cat look.sh.pa
 if grep "$tree" look.sh.files; then fail "a child has our files open, above"; fi
 
 # What is missing is named, with the remedy for a tarball.
-echo > net.pt
+printf 'PK\003\004' > net.pt
 said=$("$tree/bin/parallax" evaluate net.pt --on shipped --out scores 2>&1) && fail "evaluated without a trainer"
 [[ $said == *"no $tree/bin/trainer; unpack its tarball: tar -xf parallax-trainer-"*"-C $tree "* ]] || fail "says: $said"
 rm -r "$tree/share/parallax/benchmarks"

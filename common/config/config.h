@@ -43,7 +43,7 @@ int LineOfField(std::string_view yaml, std::string_view path);
 
 // Checks a study that came as a message rather than as a file. Rules and words are the same, with
 // the field's path in place of file and line: "variants[0].config.rigs.width_px: -5 is out of
-// range, allowed 16 to 8192 px". Config fields that are not set stand for their default. Errors:
+// range, allowed 16 to 8192 px". Config fields that are not set mean their default. Errors:
 // kInvalidArgument with up to 20 such lines.
 absl::Status ValidateStudy(const v1::StudySpec& study);
 

@@ -68,7 +68,7 @@ bool IsFile(const std::string& path) {
   return std::filesystem::is_regular_file(path, error);
 }
 
-// The file at `path`, or the built-in `folder`/`name`.yaml when there is none.
+// The file at `path`, or the built-in `folder`/`name`.yaml when none exists.
 absl::StatusOr<Text> ReadFileOrBuiltin(const std::string& path, const std::string& folder,
                                        const std::string& name) {
   if (IsFile(path)) {

@@ -39,7 +39,7 @@ void ResolveTraining(v1::StudySpec* study);
 std::vector<v1::Mixture> TrainingSetsOf(const v1::StudySpec& study);
 
 // Returns the index in `sets` of the set with the same parts as `curated` but without curation,
-// whose networks score the frames. -1: there is none.
+// whose networks score the frames. -1: none exists.
 int PlainTwinOf(const v1::Mixture& curated, const std::vector<v1::Mixture>& sets);
 
 }  // namespace parallax

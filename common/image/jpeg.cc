@@ -117,7 +117,7 @@ bool Decompress(Decoder& decoder, ImageRgb8& image) {
   return true;
 }
 
-// How a camera was held: Exif's orientation, 1 (upright) to 8; 1 where there is none.
+// How a camera was held: Exif's orientation, 1 (upright) to 8; 1 where none exists.
 //   Source: CIPA DC-008 (Exif 2.3), 4.6.2 and 4.6.4.
 int OrientationOf(std::string_view exif) {
   constexpr size_t kHeader = 6;  // "Exif", two zeros; then a TIFF header.

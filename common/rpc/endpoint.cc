@@ -41,7 +41,7 @@ absl::Status ListenError(const RpcAddress& address, int error_number) {
   return ErrnoError(error_number, "cannot listen on " + address.ToString());
 }
 
-// gRPC removes a socket file before it binds, whoever serves it; so ask first whether somebody
+// gRPC removes a socket file before it binds, even if it is served; so ask first whether a process
 // answers there.
 absl::Status CheckUnixSocketFree(const RpcAddress& address) {
   Descriptor fd(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));

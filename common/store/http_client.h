@@ -37,7 +37,7 @@ struct HttpRequest {
   std::string sha256 = "";  // Digest of the body; "": not known yet.
 };
 
-// The answer to a request, or the reason why there is none.
+// The answer to a request, or the reason why none exists.
 struct HttpAnswer {
   int code = 0;  // HTTP status; 0: no answer, see `error`.
   std::string error;

@@ -295,7 +295,7 @@ class LocalStore final : public Store {
 constexpr std::string_view kMarkerHead = "{\"store\": \"";
 constexpr std::string_view kMarkerTail = "\"}\n";
 
-// "" when there is none.
+// "" when none exists.
 absl::StatusOr<std::string> ReadMarker(const std::string& folder) {
   const std::string path = folder + "/" + std::string(kStoreMarker);
   const absl::StatusOr<std::string> text = ReadFile(path, 4096);

@@ -52,7 +52,7 @@ class Store {
   virtual absl::StatusOr<bool> Has(std::string_view path) const;
   // Returns the files below `prefix`; none if there is no such folder. Errors: those of Put.
   virtual absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const = 0;
-  // Removes a file, or a folder with all that is in it. Returns OK if there is none. Errors: those
+  // Removes a file, or a folder with all that is in it. Returns OK if none exists. Errors: those
   // of Put.
   virtual absl::Status RemoveTree(std::string_view path) = 0;
   // Returns the path in this machine's file system. Errors: kFailedPrecondition if the store is not

@@ -68,7 +68,7 @@ Reply Study(ApiParts& parts, const WebRequest& request) {
   return StudyReply(parts, request.caller, id);
 }
 
-// Returns the number of the study that the path names. Errors: kNotFound if there is none.
+// Returns the number of the study that the path names. Errors: kNotFound if none exists.
 absl::StatusOr<int64_t> KnownStudy(ApiParts& parts, const WebRequest& request) {
   ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
   RETURN_IF_ERROR(parts.queue.GetStudy(StudyId{id}).status());

@@ -31,7 +31,7 @@ class Sessions {
   absl::StatusOr<std::string> Open(const RpcCaller& caller);
   // Returns the session's caller; nothing if the session has ended.
   std::optional<RpcCaller> Find(const std::string& name);
-  // Ends a session; does nothing if there is none of this name.
+  // Ends a session; does nothing if none exists of this name.
   void End(const std::string& name);
 
  private:

@@ -27,7 +27,7 @@ constexpr int kMostLeases = 1024;  // In one call.
 
 }  // namespace
 
-// Constant after Open but for what is thread-safe by itself.
+// Constant after Open, except for thread-safe members.
 class JobQueue::Impl {
  public:
   explicit Impl(JobQueueOptions options)

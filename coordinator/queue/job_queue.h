@@ -52,12 +52,12 @@ struct UnsafeForTest {
 struct JobQueueOptions {
   std::string db_path;  // Made if absent; its folder must exist and be on a local file system.
   Clock* clock = &Clock::System();  // Must outlive the queue.
-  double lease_s = 60;              // A lease is lost after so many seconds without heartbeat.
+  double lease_s = 60;              // Seconds without a heartbeat until a lease is lost.
   bool own_timer = true;  // Expire leases and end back-offs by itself. Tests call Tick() instead.
   // Unfinished scenes of a variant that exist as rows; all later ones are a cursor.
   int scenes_ahead = 512;
   int max_batch = 512;          // Commands in one commit.
-  int checkpoint_pages = 2000;  // Checkpoint the WAL each time it has grown by so many pages.
+  int checkpoint_pages = 2000;  // Growth of the WAL, in pages, between checkpoints.
   double linger_s = 0.002;      // Under load, a group waits so long for more commands.
   int readers = 3;              // Connections for reading calls.
   double read_deadline_s = 10;  // A reading call then fails with kDeadlineExceeded.

@@ -18,7 +18,7 @@ namespace parallax {
 namespace {
 
 constexpr int kMostListed = 10'000;
-constexpr int kStudiesListed = 100;  // Unless told.
+constexpr int kStudiesListed = 100;  // Default page size.
 constexpr int kStudiesAtOnce = 20;   // Read and cut before the next are read.
 
 }  // namespace

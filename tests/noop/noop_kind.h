@@ -11,7 +11,7 @@ namespace parallax {
 
 class NoopKind final : public JobKind {
  public:
-  // `plan` adds a submitted study's noop jobs; null: there are none.
+  // `plan` adds a submitted study's noop jobs; null: none exist.
   using Plan =
       std::function<absl::Status(WorkDesk&, const v1::StudySpec&, std::span<const int64_t>)>;
   explicit NoopKind(Plan plan = nullptr);

@@ -30,7 +30,7 @@ struct MaterialFigures {
   const MaterialClass* material_class = nullptr;
   // Per point, in batches of eight, at a pixel's footprint; mean of three seeds.
   double evaluate_ns = 0;
-  double height_ns = 0;  // Likewise.
+  double height_ns = 0;  // As above, for the height.
 };
 
 // Measures three seeds of the class.

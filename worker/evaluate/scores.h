@@ -1,6 +1,6 @@
 // Scores of an evaluation: the errors of one predictor on the images of one benchmark, as a file
 // of JSON lines. Its first line says what was evaluated and how; each further line is one image.
-// The schema stands in README.md.
+// The schema is in README.md.
 #pragma once
 
 #include <cstdint>

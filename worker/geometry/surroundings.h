@@ -36,7 +36,7 @@ struct Surroundings {
   // Limits of rigs and floating objects; empty: no limit.
   Eigen::AlignedBox3d bounds;
   std::vector<SkyEnclosure> enclosures;
-  // The inner spaces of the place: rooms and the openings in their walls. If there are none,
+  // The inner spaces of the place: rooms and the openings in their walls. If none exist,
   // nothing is exterior.
   std::vector<Box3f> interiors;
   // Whether the sky's own flat ground is seen below the horizon. False for places whose ground

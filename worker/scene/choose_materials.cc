@@ -149,7 +149,7 @@ class MaterialChooser {
   // Whether the user's mesh brings the slot's material.
   bool HasOwnLooks(const v1::SceneObject& object, const MaterialSlot& slot) const {
     const auto file = OpenOwnMesh(object.asset_class(), object.seed());
-    if (!file.ok()) return false;  // SlotsOf has told.
+    if (!file.ok()) return false;  // SlotsOf has reported it.
     const auto& slots = (*file)->mesh.slots;
     for (size_t i = 0; i < slots.size(); ++i) {
       if (slots[i].name == slot.name) return (*file)->materials[i].has_value();

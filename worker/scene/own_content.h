@@ -34,7 +34,7 @@ absl::Status LocateOwnContent(const v1::RenderJob& job);
 
 // Gives the recipe's sky, or each keyframe's, one of the surroundings with probability
 // `config.hdri_p`, turned at random. Keyframes of rigs that share a left eye get the same, drawn by
-// the number of the left eye. Changes nothing if there are none.
+// the number of the left eye. Changes nothing if none exist.
 void ChooseEnvironments(const v1::LightingConfig& config, const OwnContent& own, SceneSeed seed,
                         v1::Scene& recipe);
 

@@ -56,7 +56,7 @@ Field SnowOn(const Field& ground, const SnowSpec& spec) {
         const float depth = snow.At(column, row), here = surface(column, row);
         const float around = 0.25f * (surface(column - 1, row) + surface(column + 1, row) +
                                       surface(column, row - 1) + surface(column, row + 1));
-        // Only where there is enough of it does it flow together.
+        // Smooths deep snow only.
         const float soft = std::min(1.0f, depth / (0.5f * spec.depth_m));
         settled.At(column, row) =
             std::clamp(depth + 0.6f * soft * (around - here), 0.0f, kMost * spec.depth_m);

@@ -14,7 +14,7 @@ namespace parallax {
 namespace {
 
 constexpr float kDebris_m = 2;        // Depth of the aprons of walls.
-constexpr float kOutcrop_m = 0.6f;    // Bedrock stands so far out of slopes, times their roughness.
+constexpr float kOutcrop_m = 0.6f;    // Height of outcrops above a slope, times its roughness.
 constexpr uint32_t kCragOctaves = 3;  // Longest octaves of detail, above 10 m.
 
 Field SteepnessOf(const Field& height) {

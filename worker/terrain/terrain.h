@@ -67,7 +67,7 @@ class Terrain {
   float Deposit(const Vec2f& p) const;
   // Steepness of the rasters, without detail: rise over run.
   float Steepness(const Vec2f& p) const;
-  // Returns the water; null if there is none.
+  // Returns the water; null if none exists.
   const Water* water() const { return water_ ? &*water_ : nullptr; }
   // Returns the height of the ground above the water's still level, negative under water; kDry far
   // from it.

@@ -40,7 +40,7 @@ Tensor ToTensor(const ImageRgb8& image, const NetworkSize& size) {
                             .mode(torch::kReplicate));
 }
 
-// The name of the first weight that has a value that is not finite; empty if there is none.
+// The name of the first weight that has a value that is not finite; empty if none exists.
 std::string FirstNotFinite(const StereoNetwork& network) {
   for (const auto& weight : network.named_parameters()) {
     if (!at::isfinite(weight.value()).all().item<bool>()) return weight.key();

@@ -39,7 +39,7 @@ struct NetworkSize {
 NetworkSize ChooseNetworkSize(int width, int height, int trained_disparity, double max_disparity);
 
 // Returns the factor by which the input is enlarged for a second prediction; below kLeastEnlarged
-// there is none. `disparity_px` is the first prediction, in pixels of the input.
+// none exists. `disparity_px` is the first prediction, in pixels of the input.
 double ChooseEnlargement(const ImageF& disparity_px, int trained_disparity);
 
 // Thread-safe after Load.

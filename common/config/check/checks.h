@@ -28,7 +28,7 @@ extern const char kDistributionForms[];
 void CheckDistribution(const v1::Distribution& distribution, const std::string& path,
                        const v1::FieldRule& rule, Findings* findings);
 // Checks every field of `message` by its rule, nested messages included. Fields that are not set
-// pass: they stand for their default.
+// pass: they mean their default.
 void CheckFields(const google::protobuf::Message& message, const std::string& path,
                  Findings* findings);
 // Checks every field of a scene config, and fields against each other.

@@ -31,7 +31,7 @@ class IdleFields {
   }
 
  private:
-  // Returns the node at a path of fields; one that is no map if there is none.
+  // Returns the node at a path of fields; one that is no map if none exists.
   YAML::Node Find(const std::string& place) const {
     YAML::Node node = node_;
     for (size_t begin = 0; node.IsMap() && begin < place.size();) {

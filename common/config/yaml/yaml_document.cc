@@ -48,7 +48,7 @@ class DocumentCounter final : public YAML::EventHandler {
   bool empty_ = true;
 };
 
-// Returns the first line, from 1, that is indented with a tab; 0 if there is none.
+// Returns the first line, from 1, that is indented with a tab; 0 if none exists.
 int LineWithTab(std::string_view text) {
   for (int line = 1; !text.empty(); ++line) {
     const std::string_view row = text.substr(0, text.find('\n'));

@@ -54,7 +54,7 @@ absl::StatusOr<ExitCode> Retry(const SteerOptions& options, Session& session) {
   return kExitOk;
 }
 
-// "3 jobs, 12 pairs and 1 network or score", without what there is none of.
+// "3 jobs, 12 pairs and 1 network or score", without what none exists of.
 std::string Having(const v1::ForgetReply& had) {
   std::string text = Plural(had.jobs(), "job") + (had.results() > 0 ? ", " : " and ") +
                      Plural(had.pairs(), "pair");

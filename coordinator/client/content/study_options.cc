@@ -147,7 +147,7 @@ struct FolderField {
   ContentKind kind;
   const char* name;
   const char* sha256_name;
-  const char* command;  // Of `parallax config`.
+  const char* command;  // Subcommand of `parallax config`.
 };
 constexpr FolderField kPictureDir = {ContentKind::kPictures, "materials.picture_dir",
                                      "materials.pictures_sha256", "pictures"};

@@ -10,8 +10,8 @@
 namespace parallax::client {
 
 // Returns the paths of the built-in trainer's networks in `out_dir`/training that fit the variant:
-// all seeds of the training set that is the variant itself or, if there is none, of the mixtures
-// that have it as a part and are not controls. Sorted. Errors: kNotFound if there is none, with a
+// all seeds of the training set that is the variant itself or, if none exists, of the mixtures
+// that have it as a part and are not controls. Sorted. Errors: kNotFound if none exists, with a
 // hint how to name one.
 absl::StatusOr<std::vector<std::string>> NetworksFor(const std::string& out_dir,
                                                      const v1::StudySpec& study,

@@ -51,7 +51,7 @@ bool LocaleIsUtf8() {
   return false;
 }
 
-// The size of the screen behind a descriptor; COLUMNS and 80x24 where there is none.
+// The size of the screen behind a descriptor; COLUMNS and 80x24 where none exists.
 TerminalSize SizeOf(int file_descriptor) {
   TerminalSize size;
   winsize window{};

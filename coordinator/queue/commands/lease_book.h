@@ -34,7 +34,7 @@ class LeaseBook {
                                        const std::vector<v1::Progress>& running);
   // Returns the leases that were not heard of for lease_s seconds.
   std::vector<LeaseRef> Expired() const;
-  // Returns the seconds until the next lease can expire; lease_s if there is none.
+  // Returns the seconds until the next lease can expire; lease_s if none exists.
   double SecondsToExpiry() const;
   // Returns whether the worker holds this lease.
   bool Holds(const std::string& worker, const v1::AttemptId& attempt) const;

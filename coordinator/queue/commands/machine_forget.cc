@@ -16,7 +16,7 @@ namespace {
 
 constexpr char kVariantsOf[] = "(SELECT id FROM variants WHERE study_id = ?1)";
 
-// The folder that all of these files are in: "ab/ab12.../.attempt-7/003". Empty if there is none.
+// The folder that all of these files are in: "ab/ab12.../.attempt-7/003". Empty if none exists.
 std::string CommonFolder(const std::vector<JobKind::OutputFile>& files) {
   if (files.empty()) return "";
   std::string folder = files[0].path.substr(0, files[0].path.rfind('/'));

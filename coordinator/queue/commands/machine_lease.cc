@@ -6,7 +6,7 @@
 namespace parallax {
 namespace {
 
-constexpr size_t kGroupsRemembered = 4;  // A worker keeps about so many scenes built.
+constexpr size_t kGroupsRemembered = 4;  // About as many scenes as a worker keeps built.
 constexpr double kWorkerForgottenS = 120;
 constexpr int kMostKept = 16;  // Folders of earlier attempts in a lease.
 // Jobs that suit a worker and are looked at for one lease before the next study has its turn.

@@ -11,7 +11,7 @@ double ProcessCpuSeconds();  // User and system, of this process.
 // CPU seconds of another process of this machine, from /proc. 0 when it is gone.
 double CpuSecondsOf(int pid);
 double PeakRssMb(int pid);
-double FileMb(const std::string& path);  // 0 when there is none.
+double FileMb(const std::string& path);  // 0 when none exists.
 // Appends of one page, each made durable, for `seconds`.
 absl::StatusOr<double> FdatasyncPerSecond(const std::string& folder, double seconds);
 // "Intel(R) Xeon(R) ..., 2 cores"

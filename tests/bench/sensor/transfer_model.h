@@ -1,6 +1,6 @@
-// What a sensor should measure of light that is the same in every pixel: the photon transfer of the
-// linear camera model, up to the 8-bit levels. Worked out from the distribution of electrons, and
-// shares no code with what draws it.
+// The expected response of a sensor to light that is the same in every pixel: photon transfer of
+// the linear camera model, up to the 8-bit levels. Worked out from the distribution of electrons,
+// and shares no code with what draws it.
 //   Source: EMVA Standard 1288, release 4.0, chapter 2.
 #pragma once
 

@@ -26,7 +26,7 @@ namespace parallax {
 namespace {
 
 constexpr double kLimits_px[] = {4, 8, 15, 30, 60, 120};
-constexpr int kCoarser = 4;  // One pixel in so many, along both sides.
+constexpr int kCoarser = 4;  // Takes every fourth pixel along both sides.
 
 struct Options {
   std::string study = "depth", only, pictures;

@@ -158,7 +158,7 @@ TEST_F(Limits, SubmitRefusesWhatIsOverALimitAndNamesIt) {
   const auto studies = SubmitAs(kAda, {.name = "three", .seed = 3, .pairs = 1}).status();
   EXPECT_THAT(std::string(studies.message()), HasSubstr("2 unfinished studies"));
   EXPECT_THAT(std::string(studies.message()), HasSubstr("max_studies 2"));
-  // The first again is no new one, others have their own, and without a limit there is none.
+  // The first again is no new one, others have their own, and without a limit none exists.
   EXPECT_TRUE(SubmitAs(kAda, {.name = "one", .pairs = 20, .key = "one"})->existed());
   IdOf(SubmitAs(kBob, {.name = "bobs", .seed = 4, .pairs = 30}));
   for (int i = 0; i < 3; ++i) Submit({.name = "local", .seed = 5, .pairs = 100});

@@ -12,7 +12,7 @@ namespace {
 
 using Rigs = google::protobuf::RepeatedPtrField<v1::Rig>;
 
-// Both raw cameras are fisheyes of this focal length; 0: there are none.
+// Both raw cameras are fisheyes of this focal length; 0: none exist.
 Rigs OneRig(double raw_focal_px) {
   Rigs rigs;
   v1::Rig& rig = *rigs.Add();

@@ -20,7 +20,7 @@ struct Failure {
 // Attaches the end of a program's log to `status` for the coordinator: its last 200 lines, at most
 // 16 kB. Errors: `status` itself.
 absl::Status WithLogTail(absl::Status status, std::string_view log);
-// Returns the log attached by WithLogTail; empty if there is none.
+// Returns the log attached by WithLogTail; empty if none exists.
 std::string LogTailOf(const absl::Status& status);
 
 // Describes an error. `status` is not OK; `place` says where it happened: "solve", "render/trace".

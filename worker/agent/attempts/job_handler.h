@@ -90,7 +90,7 @@ class JobHandler {
 
 // One handler a kind.
 using JobHandlers = std::vector<std::unique_ptr<JobHandler>>;
-// Returns the handler of a kind; null if there is none.
+// Returns the handler of a kind; null if none exists.
 inline JobHandler* FindHandler(const JobHandlers& handlers, std::string_view kind) {
   for (const auto& handler : handlers) {
     if (handler->kind() == kind) return handler.get();

@@ -41,7 +41,7 @@ class CoordinatorLink {
   bool IsWelcomed() const { return welcomed_; }
   // Returns the id of the coordinator that answered last; "" before the first answer.
   const std::string& coordinator_id() const { return coordinator_id_; }
-  // Returns an error that no retry mends; OK if there is none.
+  // Returns an error that no retry mends; OK if none exists.
   const absl::Status& fatal() const { return fatal_; }
 
   // Returns whether there is no session and the back-off has passed.

@@ -96,7 +96,7 @@ absl::StatusOr<std::string_view> JsonChunk(std::string_view bytes, uint64_t file
   return bytes.substr(kHeaderBytes + kChunkHeaderBytes, length);
 }
 
-// Returns the binary chunk, which follows the JSON; empty where there is none.
+// Returns the binary chunk, which follows the JSON; empty where none exists.
 absl::StatusOr<std::string_view> BinaryChunk(std::string_view bytes, size_t json_bytes) {
   const size_t begin = (kHeaderBytes + kChunkHeaderBytes + json_bytes + 3) / 4 * 4;
   const std::string_view rest = bytes.substr(std::min(begin, bytes.size()));

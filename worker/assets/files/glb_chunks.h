@@ -12,7 +12,7 @@ namespace parallax {
 
 struct GlbChunks {
   nlohmann::json json;    // An object, at most 64 levels deep, no key twice in an object.
-  std::string_view body;  // The binary chunk in the file's bytes; empty where there is none.
+  std::string_view body;  // The binary chunk in the file's bytes; empty where none exists.
 };
 
 // Takes a file's bytes apart, which must outlive the result. Errors: kInvalidArgument saying what

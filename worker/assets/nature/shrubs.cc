@@ -177,7 +177,7 @@ class ShrubGrower {
   Rng rng_;
   PlantDetail detail_;
   Skeleton tree_;
-  int stride_ = 1;  // One of so many leaves is there.
+  int stride_ = 1;  // Keeps every stride-th leaf.
 };
 
 ShrubParams DrawShrub(Rng& rng) {

@@ -230,7 +230,7 @@ class Archive final : public ArchiveWriter {
     return absl::OkStatus();
   }
 
-  // Returns nothing if there are none with this key, or if they do not match the index.
+  // Returns nothing if none exist with this key, or if they do not match the index.
   static std::map<std::string, std::string> MadeBefore(const std::string& dir,
                                                        const std::string& key, Known known,
                                                        Known none) {

@@ -21,7 +21,7 @@ constexpr uint8_t kNoFlow = 128;
 constexpr const char* kEyes[] = {"left", "right"};
 
 struct Flow {
-  ImageF3 maps;      // u, v, change of disparity; kUnknownFlow where there is none.
+  ImageF3 maps;      // u, v, change of disparity; kUnknownFlow where none exists.
   ImageU8 occluded;  // 255 = occluded or outside of the neighbour.
   ImageU8 none;      // 255 = no flow.
 };

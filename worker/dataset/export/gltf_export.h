@@ -9,7 +9,7 @@
 
 namespace parallax {
 
-// What an exported file holds beside the recipe's objects.
+// Contents of an exported file beside the recipe's objects.
 struct GltfContents {
   int64_t instances = 0;   // Things that the place's rules make.
   int64_t prototypes = 0;  // Their different meshes.

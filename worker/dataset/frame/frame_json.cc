@@ -100,7 +100,7 @@ void AddNeighbours(const v1::Scene& scene, const v1::Rig& rig, Json* json) {
   (*json)["moving"] = moving;
 }
 
-// `projector` is absent where there is none.
+// `projector` is absent where none exists.
 Json InfraredJson(const v1::Rig& rig, double exposure) {
   Json json = {{"exposure", exposure}};
   if (!rig.has_projector()) return json;

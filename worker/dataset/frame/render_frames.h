@@ -19,7 +19,7 @@ using RendererFactory = std::function<absl::StatusOr<std::unique_ptr<Renderer>>(
 // renderer in use is out of the cache, so two jobs never share one.
 class RendererCache {
  public:
-  // Takes the renderer of `key` out; null if there is none. First drops a renderer of another
+  // Takes the renderer of `key` out; null if none exists. First drops a renderer of another
   // scene, because two scenes in memory might be too much.
   std::unique_ptr<Renderer> Take(const std::string& key);
   void Keep(const std::string& key, std::unique_ptr<Renderer> renderer);

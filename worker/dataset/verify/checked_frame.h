@@ -29,7 +29,7 @@ struct CheckedEye {
 };
 
 struct CheckedFrame {
-  const DatasetFrame& index;       // What the index has. Must outlive the frame.
+  const DatasetFrame& index;       // Its line of the index. Must outlive the frame.
   std::vector<Finding>& findings;  // Must outlive the frame.
   nlohmann::ordered_json json = {};
   FrameIntrinsics k = {};

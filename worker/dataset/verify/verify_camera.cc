@@ -65,7 +65,7 @@ std::vector<Finding> CheckCameras(const DatasetVariant& variant, const v1::Scene
   const Wanted baseline = WantedBaseline(config.rigs());
   for (const DatasetFrame& frame : variant.frames) {
     const absl::StatusOr<Json> json = ReadFrameJson(frame.dir);
-    if (!json.ok()) continue;  // CheckGeometry tells.
+    if (!json.ok()) continue;  // CheckGeometry reports it.
     const auto check = [&](const Json& in, const Wanted& wanted) {
       const double seen = in.value(wanted.name, std::nan(""));
       const double slack = kCameraTolerance * std::max(1.0, std::abs(wanted.high));
@@ -79,7 +79,7 @@ std::vector<Finding> CheckCameras(const DatasetVariant& variant, const v1::Scene
       for (const Wanted& wanted : intrinsics) check(json->at("intrinsics"), wanted);
       check(*json, baseline);
     } catch (const Json::exception&) {
-      continue;  // CheckGeometry tells.
+      continue;  // CheckGeometry reports it.
     }
   }
   return findings;

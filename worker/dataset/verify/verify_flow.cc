@@ -77,10 +77,10 @@ class FlowChecker {
 
   void Run() {
     const auto json = ReadFrameJson(frame_.dir);
-    if (!json.ok()) return;  // CheckGeometry tells.
+    if (!json.ok()) return;  // CheckGeometry reports it.
     const bool flow = frame_.files.contains("flow_forward_left.exr");
     if (!flow && !json->contains("sequence") && !json->contains("moving")) return;
-    if (!ReadRecipe()) return;  // CheckRecipes tells.
+    if (!ReadRecipe()) return;  // CheckRecipes reports it.
     CheckJson(*json);
     if (!flow) return;
     for (int eye = 0; eye < 2; ++eye) {

@@ -27,7 +27,7 @@ class LightChecker {
 
   void Run() {
     const auto json = ReadFrameJson(frame_.dir);
-    if (!json.ok()) return;  // CheckGeometry tells.
+    if (!json.ok()) return;  // CheckGeometry reports it.
     exposed_ = !SensorKeyOf(*json).empty();
     const bool kept =
         frame_.files.contains(kLinearFiles[0]) && frame_.files.contains(kLinearFiles[1]);

@@ -9,7 +9,7 @@ namespace parallax {
 namespace {
 
 constexpr double kReprojection = 0.01;     // Relative to the depth: the seed's threshold.
-constexpr double kMostReprojected = 1e-3;  // Part of the pixels that may be judged otherwise.
+constexpr double kMostReprojected = 1e-3;  // Largest share of pixels that may disagree.
 constexpr double kRounding_px = 1e-3;      // Depth is a float: it rounds where a point lands.
 
 void CheckBinary(const CheckedFrame& frame, const ImageU8& image, const char* check,

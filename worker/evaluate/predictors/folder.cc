@@ -29,7 +29,7 @@ class FolderPredictor : public Predictor {
   }
 
  private:
-  // "" when there is none.
+  // "" when none exists.
   std::string FileOf(const std::string& pair) const {
     std::error_code error;
     for (const char* extension : {".pfm", ".png", ".npy", ".exr"}) {

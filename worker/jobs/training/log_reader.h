@@ -17,7 +17,7 @@ class LogReader {
   std::vector<std::string> NewLines(bool last = false);
   // Returns the end of the log: at most 200 lines and 16 kB.
   std::string Tail() const;
-  // Returns the last line that is not blank; empty if there is none.
+  // Returns the last line that is not blank; empty if none exists.
   std::string LastLine() const;
 
  private:

@@ -129,7 +129,7 @@ class Arrangement {
   std::vector<Item> items_;
 };
 
-// Returns the support to be used first: the largest with room above it. Null if there is none.
+// Returns the support to be used first: the largest with room above it. Null if none exists.
 const SupportSurface* MainSupport(const PooledAsset& asset);
 
 }  // namespace parallax

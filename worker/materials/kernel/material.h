@@ -167,11 +167,11 @@ struct MaterialClass {
 // Returns every class in order of name; built once, thread-safe, lives for the program.
 const std::vector<MaterialClass>& MaterialCatalogue();
 
-// Returns the class of that name; nullptr if there is none.
+// Returns the class of that name; nullptr if none exists.
 const MaterialClass* FindMaterialClass(std::string_view name);
 
 // Returns the classes of a family in order of name, or the one class of that name, ignoring case
-// ("Wood", "wood", "OakWood"). Empty if there is none.
+// ("Wood", "wood", "OakWood"). Empty if none exists.
 std::vector<const MaterialClass*> MaterialsOfFamily(std::string_view family_or_class);
 
 // Returns the classes with a tag, in order of name: MaterialsTagged(&MaterialTags::walls).

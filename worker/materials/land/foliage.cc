@@ -73,7 +73,7 @@ class Foliage final : public Carved<Foliage> {
     const Vec3x8 low = Mix(Vec3x8(first_), Vec3x8(usual_), Saturate(2.0f * t));
     const Vec3x8 all = Mix(low, Vec3x8(last_), Saturate(2.0f * t - 1.0f));
     const Vec3x8 color = Mix(Vec3x8(mean_), all, own);
-    // Any one in so many, whatever its place between first and last.
+    // Every n-th, from any place between first and last.
     const Float8 turned = noise::Fract(point.u * 17.0f + point.v * 7.0f);
     const Float8 is = turned < kind_.odd_share ? Splat(1) : Splat(0);
     const Float8 odd = kind_.odd_share + own * (is - kind_.odd_share);

@@ -68,7 +68,7 @@ struct StereoFrame {
   RawView raw_left, raw_right;  // Empty unless render.maps has `raw` and the rig raw cameras.
   // Factor on scene radiance before the sRGB curve; the same for both eyes.
   float exposure = 1;
-  float infrared_exposure = 1;  // Likewise of View::infrared (infrared.h).
+  float infrared_exposure = 1;  // Exposure of View::infrared (infrared.h).
   double trace_s = 0, denoise_s = 0, truth_s = 0;
   double cache_s = 0;  // Filling the radiance cache: only in a scene's first frame.
   uint64_t rays = 0;   // Rays traced for the images, shadow rays included.

@@ -42,7 +42,7 @@ class RigBook {
   // nothing.
   Pairing PairingOf(const v1::Rig& rig) const;
   // Returns the next rig on the camera path or, with `forward` false, the previous one; nullptr if
-  // there is none.
+  // none exists.
   const v1::Rig* Neighbour(const v1::Rig& rig, bool forward) const;
 
  private:

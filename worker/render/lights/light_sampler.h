@@ -47,7 +47,7 @@ struct LightQueries8 {
 // The light chosen for each receiver.
 struct LightChoices8 {
   Int8 light;         // Index: lamps, then portals or dome, then sun.
-  Float8 importance;  // 0: there is none.
+  Float8 importance;  // 0: none.
   Int8 face;          // Face of a mesh light; set by Aim.
 };
 

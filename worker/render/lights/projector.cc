@@ -80,7 +80,7 @@ float DotPattern::Intensity(const Vec3f& to, const SampleFootprint& footprint) c
   if (!(determinant > 0)) return 0;
   const float reach = kReachSigmas * std::sqrt(xx + yy);  // At least along the longer axis.
   const Vec2f at(to.x() / to.z(), to.y() / to.z());
-  // An angle is seen under at most so much on the plane z = 1.
+  // Bound on an angle's length on the plane z = 1.
   const float stretch = Square(distance / to.z());
   const Vec2f cell((at.x() / half_.x() + 1) / 2 * static_cast<float>(columns_),
                    (at.y() / half_.y() + 1) / 2 * static_cast<float>(rows_));

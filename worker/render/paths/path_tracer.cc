@@ -138,7 +138,7 @@ void PathTracer::End(size_t block, Mask8 walks) {
 }
 
 void PathTracer::CompactPaths(bool all) {
-  constexpr size_t kWorthwhile = 8;  // One in so many.
+  constexpr size_t kWorthwhile = 8;  // Compacts once 1 path in 8 has finished.
   State& state = *state_;
   size_t staying = 0;
   for (size_t block = 0; block < blocks(); ++block) {

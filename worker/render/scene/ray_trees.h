@@ -105,7 +105,7 @@ class RayTrees {
   // Takes the bodies that move out of all trees, or puts them back. Errors: as Move.
   absl::Status ShowMovers(bool shown);
 
-  // Finds the nearest hit beyond `t_min`; false if there is none.
+  // Finds the nearest hit beyond `t_min`; false if none exists.
   bool Intersect(Tree tree, const Ray& ray, float t_min, RawHit* hit) const;
   // Finds the nearest hits beyond 0 of those of eight rays whose `lanes` are set. With `coherent`,
   // the rays start close together and have similar directions, and are traced as a packet.

@@ -36,7 +36,7 @@ double Smooth(const std::vector<double>& keys, double at) {
 
 struct View {
   double sky = 0, close = 0;  // Shares of the probes.
-  double distant = 0;         // Likewise, sky included.
+  double distant = 0;         // Share of distant pixels, sky included.
   double nearest_m = 1e9;     // Depth.
   double log_std = 0;
   double one_distance = 0;  // Largest share whose depths differ by a tenth at most.

@@ -14,7 +14,7 @@ namespace parallax {
 // A trainer that this worker may run.
 struct InstalledTrainer {
   TrainerContract contract;
-  std::string repository;  // Folder of its own code; empty if there is none.
+  std::string repository;  // Folder of its own code; empty if none exists.
 };
 
 // Immutable.

@@ -177,7 +177,7 @@ TrainingCrop CutCrop(const TrainingPair& pair, const CropGeometry& g,
       ResizedPlanes(pair.left.image, {g.x, g.y, g.width, g.height}, crop.width, crop.height);
   crop.right =
       ResizedPlanes(pair.right.image, {g.x, g.y_right, g.width, g.height}, crop.width, crop.height);
-  // Truth is not interpolated: between two surfaces there is none.
+  // Truth is not interpolated: between two surfaces none exists.
   const float stretch = static_cast<float>(crop.width) / static_cast<float>(g.width);
   for (int y = 0; y < crop.height; ++y) {
     const int from_y = g.y + (2 * y + 1) * g.height / (2 * crop.height);

@@ -11,7 +11,7 @@ TEST(CreditFor, AsksForSlotsThatAreFreeOrSoonFreeWhileReportsAreAnswered) {
     const char* what;
     // The worker has four slots and keeps at most eight reports.
     int taken, ending_soon, pending_reports;
-    int jobs, ahead;  // The message; jobs 0: there is none.
+    int jobs, ahead;  // The message; jobs 0: none.
   } kCases[] = {
       {"all slots are free", 0, 0, 0, 4, 0},
       {"two are taken", 2, 0, 0, 2, 0},

@@ -308,7 +308,7 @@ absl::Status CheckEyes(const google::protobuf::RepeatedPtrField<v1::Rig>& rigs) 
   return absl::OkStatus();
 }
 
-// What lies flat may stand out by so much.
+// How far flat objects may rise above the ground.
 constexpr float kMostDaylight_m = 0.002f;
 
 // The largest height of a base's rim above the ground.

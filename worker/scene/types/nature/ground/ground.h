@@ -14,7 +14,7 @@ namespace parallax {
 // Assigns slots "rule_0", "rule_1"... to the ground's triangles, by the strongest rule of each.
 void AssignGroundSlots(const v1::Terrain& recipe, const Terrain& terrain, Mesh& mesh);
 
-// What a rule of the ground lays.
+// The patches that a rule of the ground lays.
 struct GroundCover {
   std::shared_ptr<const Material> material;
   bool frozen = false;  // Snow or ice: it does not take the land's tone, which differs by place.

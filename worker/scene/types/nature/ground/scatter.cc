@@ -168,7 +168,7 @@ Scatter::Scatter(const v1::Terrain& recipe, const Terrain& terrain) : terrain_(t
 
 Scatter::~Scatter() = default;
 
-// All that would stand in `area` were it alone.
+// Candidates in `area`, before neighbours thin them.
 std::vector<Standing> Scatter::Candidates(const Layer& layer, const Box2f& area) const {
   std::vector<Standing> things;
   if (layer.density <= 0) return things;

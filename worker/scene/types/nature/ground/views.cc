@@ -13,7 +13,7 @@ namespace {
 
 constexpr float kMargin_rad = 5 * std::numbers::pi_v<float> / 180;
 
-constexpr int kRawPoints = 9;  // Points of a raw picture that are looked at: so many a side.
+constexpr int kRawPoints = 9;  // Sample points per side of the raw image.
 
 // Angle in plan between a direction and the heading; pi where it points straight down or up.
 double TurnTo(const Vec3d& to, double heading) {

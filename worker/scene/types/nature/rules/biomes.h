@@ -55,7 +55,7 @@ extern const Biome kArctic, kCanyon, kCave, kCliff, kCoast, kDesert, kForest, kM
 
 // In order of name.
 const std::vector<const Biome*>& Biomes();
-// nullptr when there is none of that name.
+// nullptr when no such name exists.
 const Biome* FindBiome(std::string_view name);
 
 }  // namespace parallax

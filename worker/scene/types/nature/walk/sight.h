@@ -1,4 +1,4 @@
-// What the frames of a landscape see of its ground.
+// The ground that the frames of a landscape see.
 #pragma once
 
 #include <vector>
@@ -18,7 +18,7 @@ class Sight {
   // Returns the median distance from an eye, in metres; 6 km if no ray meets the ground within it.
   double median_m() const { return median_m_; }
   // Returns the share of these points, in [0, 1], from which no ground hides the direction (unit,
-  // world); 1 if there are none.
+  // world); 1 if none exist.
   double SunlitShare(const Vec3d& direction) const;
 
  private:

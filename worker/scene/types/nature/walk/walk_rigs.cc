@@ -21,14 +21,14 @@ namespace parallax {
 namespace {
 
 constexpr int kArenas = 5;          // Parts of the land in which walks are looked for.
-constexpr size_t kWalkTries = 160;  // In each, for each walk that is wanted.
+constexpr size_t kWalkTries = 160;  // Tries per arena and wanted walk.
 constexpr size_t kEnough = 7;       // Walks to choose the best from, for each that is wanted.
 constexpr double kAround_m = 380;   // The site's ground is at its finest there.
 // Walks are put up so often, with others for those that prove blocked.
 constexpr int kRounds = 3, kRoundsOfSeveral = 6;
 // The way is tested on what stands this near, or this much farther away than it must be.
 constexpr float kNearby_m = 1.5f, kBeyond_m = 0.65f;
-constexpr double kRoom_m = 0.01;  // Plants leave so much more than the walk must have.
+constexpr double kRoom_m = 0.01;  // Room that plants leave beyond what the walk needs.
 constexpr float kShoreLeast_m = 3, kShoreMost_m = 22;
 constexpr float kDryFeet_m = 0.12f;  // Above the water's level.
 constexpr uint32_t kWaterBody = 1;   // MakeArena.
@@ -39,7 +39,7 @@ constexpr float kCoarseRoof_m = 4;
 constexpr double kInCave = 0.55;                // Walks begin in this part of a cave's length.
 constexpr double kBelow_m = 75, kAbove_m = 35;  // From the foot of a cliff.
 constexpr double kTowards = 0.4;                // Cosine of the angle between view and uphill.
-constexpr float kUnlikely = 4;  // Steepness that stands for a place where no walk begins.
+constexpr float kUnlikely = 4;  // Penalty, as steepness, where the recipe lets no walk begin.
 
 class WalkRigs {
  public:
@@ -179,7 +179,7 @@ class WalkRigs {
            });
   }
 
-  // Whether a walk below a cliff looks towards it; true where there is none.
+  // Whether a walk below a cliff looks towards it; true where none exists.
   static bool SeesWall(const Walk& walk, const TerrainSpec& spec) {
     const Walk::Frame& frame = walk.frames[walk.frames.size() / 2];
     for (const TerrainTerm& term : spec.cover) {
@@ -260,7 +260,7 @@ class WalkRigs {
   v1::Terrain& land_;
   const Rng root_, baselines_;
   const int walks_, frames_;  // As the config says; the most frames of a walk.
-  const size_t wanted_;       // Likewise, to compare with sizes.
+  const size_t wanted_;       // `walks_` as size_t.
   // Why a seed is rejected: the most walks that one place has, those that are blocked by what is
   // rendered, and the error of a place where too much would stand.
   size_t best_ = 0, blocked_ = 0;

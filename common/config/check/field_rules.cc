@@ -69,9 +69,25 @@ std::vector<std::string> EnumTexts(const FieldDescriptor& field) {
   return names;
 }
 
+const FieldDescriptor* MapsFieldOf(const FieldDescriptor& field) {
+  if (RuleOf(field).names() != v1::FieldRule::NAMES_BENCHMARK) return nullptr;
+  return field.containing_type()->FindFieldByName("own_" + field.name());
+}
+
+const FieldDescriptor* FindKey(const google::protobuf::Descriptor& type, const std::string& key) {
+  const FieldDescriptor* field = type.FindFieldByName(key);
+  for (int i = 0; field != nullptr && i < type.field_count(); ++i) {
+    if (MapsFieldOf(*type.field(i)) == field) return nullptr;
+  }
+  return field;
+}
+
 std::vector<std::string> FieldNames(const google::protobuf::Descriptor& type) {
   std::vector<std::string> names;
-  for (int i = 0; i < type.field_count(); ++i) names.push_back(type.field(i)->name());
+  for (int i = 0; i < type.field_count(); ++i) {
+    const std::string& name = type.field(i)->name();
+    if (FindKey(type, name) != nullptr) names.push_back(name);
+  }
   return names;
 }
 

@@ -27,7 +27,16 @@ std::string WhyNotNumber(double value, const v1::FieldRule& rule);
 std::string EnumText(const google::protobuf::EnumValueDescriptor& value);
 // Returns the values that an enum field may have: those of its rule, or all but 0.
 std::vector<std::string> EnumTexts(const google::protobuf::FieldDescriptor& field);
-// Returns the names of a message's fields, in the order of their declaration.
+// Returns the field of the same message that takes the items of a list of texts which are maps:
+// own_benchmarks of benchmarks. Null for all other fields.
+const google::protobuf::FieldDescriptor* MapsFieldOf(
+    const google::protobuf::FieldDescriptor& field);
+// Returns the field that a key of a file names; null if there is none. A field that takes the maps
+// of another one has no key.
+const google::protobuf::FieldDescriptor* FindKey(const google::protobuf::Descriptor& type,
+                                                 const std::string& key);
+// Returns the names of a message's fields that are keys of files, in the order of their
+// declaration.
 std::vector<std::string> FieldNames(const google::protobuf::Descriptor& type);
 // Returns whether two messages of one type have different values in a field.
 bool Differs(const google::protobuf::Message& a, const google::protobuf::Message& b,

@@ -67,7 +67,8 @@ absl::Status ResolveNames(std::vector<std::string>& names) {
     std::copy_if(known.begin(), known.end(), std::back_inserter(resolved),
                  [&](const std::string& other) { return LowerName(other) == LowerName(name); });
     if (resolved.size() > before) continue;
-    return NotFound("no class, material or family is called '{}'", name);
+    return NotFound("no class, material or family is called '{}'{}", name,
+                    config_internal::NearestHint(name, {known.begin(), known.end()}));
   }
   names = std::move(resolved);
   return absl::OkStatus();

@@ -12,6 +12,7 @@
 #include "coordinator/client/commands/evaluate_command.h"
 #include "coordinator/client/runs/study_results.h"
 #include "coordinator/client/views/study_table.h"
+#include "coordinator/client/views/table_options.h"
 #include "worker/evaluate/score_table.h"
 
 namespace parallax::client {
@@ -58,8 +59,13 @@ absl::StatusOr<std::vector<Evaluation>> FindScores(const std::string& what, Tabl
   }
   TemporaryFolder brought;
   if (!std::filesystem::exists(what, error)) {
-    ASSIGN_OR_RETURN(const auto connection, session.Connect());
-    ASSIGN_OR_RETURN(const v1::StudyStatus status, connection->FindStudy(what));
+    ASSIGN_OR_RETURN(const auto connection, session.ConnectInPlaceOf(what));
+    const absl::StatusOr<v1::StudyStatus> found = connection->FindStudy(what);
+    if (!found.ok()) {
+      return MakeError(found.status().code(), what + ": no such folder here, and " +
+                                                  std::string(ToStd(found.status().message())));
+    }
+    const v1::StudyStatus& status = *found;
     study = status.spec();
     RETURN_IF_ERROR(brought.Make());
     dir = brought.path();

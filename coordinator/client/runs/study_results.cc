@@ -7,7 +7,6 @@
 #include <cerrno>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <regex>
 
 #include "common/base/hash.h"
 #include "common/base/names.h"
@@ -37,31 +36,17 @@ absl::Status Place(const std::string& from, const std::string& to, const std::st
     if (there.ok() && *there == sha256) return absl::OkStatus();
     fs::remove(to, error);
   }
+  ASSIGN_OR_RETURN(const std::string content, Sha256HexOfFile(from));
+  if (content != sha256) {
+    return DataLoss("store file {}: its content is not what its manifest says", from);
+  }
   if (::link(from.c_str(), to.c_str()) == 0) return absl::OkStatus();
   if (errno == ENOENT) return ErrnoError(errno, from);
   fs::copy_file(from, to, error);
   return error ? ErrnoError(error.value(), "write " + to) : absl::OkStatus();
 }
 
-bool IsName(const std::string& text) { return CheckName("name", text).ok(); }
-
 }  // namespace
-
-std::optional<ResultName> ParseResultLabel(const std::string& label) {
-  static const std::regex kLabel(
-      R"(([^ ,]+)(?:, seed (\d{1,9}))?(?: on ([^ ,]+))?(?:, checkpoint (\d{1,4}) of (\d{1,4}))?)");
-  std::smatch match;
-  if (!std::regex_match(label, match, kLabel)) return std::nullopt;
-  ResultName name{.set = match[1], .benchmark = match[3]};
-  if (match[2].matched) name.seed = std::stoll(match[2]);
-  if (match[4].matched) {
-    name.checkpoint = std::stoi(match[4]);
-    name.checkpoints = std::stoi(match[5]);
-  }
-  if (!IsName(name.set) || (!name.benchmark.empty() && !IsName(name.benchmark)))
-    return std::nullopt;
-  return name;
-}
 
 absl::StatusOr<std::unique_ptr<StudyResults>> StudyResults::Open(const std::string& out_dir,
                                                                  const v1::StudySpec& study) {
@@ -137,11 +122,8 @@ absl::Status StudyResults::AddTraining(const ResultName& name, const std::string
 absl::Status StudyResults::AddScores(const ResultName& name, const std::string& from,
                                      const v1::JobResult& result) {
   ASSIGN_OR_RETURN(Evaluation evaluation, ReadEvaluation(from + "/scores.jsonl"));
-  const std::string trainer = name.seed ? trainer_ : evaluation.run.trainer;
-  evaluation.run.variant = name.set;
-  evaluation.run.trainer = trainer;
-  evaluation.run.seed = name.seed;
-  std::string file = name.benchmark + "." + name.set + "." + trainer;
+  NameRun(name, trainer_, evaluation.run);
+  std::string file = name.benchmark + "." + name.set + "." + evaluation.run.trainer;
   if (name.seed) file += fmt::format(".seed-{}", *name.seed);
   ++evaluations_;
   if (name.checkpoint < name.checkpoints) {

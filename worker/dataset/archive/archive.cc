@@ -23,6 +23,7 @@
 #include "common/store/store.h"
 #include "worker/dataset/archive/archive_index.h"
 #include "worker/dataset/archive/dataset_card.h"
+#include "worker/dataset/archive/study_change.h"
 #include "worker/dataset/frame/frame_reader.h"
 #include "worker/dataset/frame/sensor_stage.h"
 
@@ -56,38 +57,12 @@ std::string LockText(const v1::StudySpec& study) {
   return VersionLine() + "\n" + StudyToYaml(study);
 }
 
-// The lines of a lock file that determine what is in the archive: more pairs and more seeds of
-// trainings may be added to it, its filters and sensors may change, and its inputs may move.
-std::vector<std::string> LinesThatMustStay(v1::StudySpec study) {
-  if (study.has_train()) study.mutable_train()->clear_seeds();
-  for (v1::VariantSpec& variant : *study.mutable_variants()) {
-    *variant.mutable_config() = FieldsOf(variant.config(), [](v1::FieldRule::Stage stage) {
-      return stage != v1::FieldRule::FINISH && stage != v1::FieldRule::SENSOR &&
-             stage != v1::FieldRule::PLACE;
-    });
-  }
-  std::vector<std::string> lines;
-  std::istringstream in(StudyToYaml(study));
-  for (std::string line; std::getline(in, line);) {
-    if (line.rfind("pairs:", 0) == 0 || line.rfind("    pairs:", 0) == 0) continue;
-    if (line.rfind("priority:", 0) == 0) continue;
-    lines.push_back(line);
-  }
-  return lines;
-}
-
-absl::Status OtherStudy(const std::string& path, const std::string& there, const std::string& now) {
-  const auto trimmed = [](const std::string& line) {
-    return line.substr(std::min(line.find_first_not_of(' '), line.size()));
-  };
-  return FailedPrecondition(
-      "{} is of another study (there \"{}\", now \"{}\"): choose another folder", path,
-      trimmed(there), trimmed(now));
-}
-
-absl::Status CheckSameStudy(const std::string& path, const v1::StudySpec& study) {
+// Returns the study that the folder was made for; nothing if it is new. Errors: kFailedPrecondition
+// for another study's folder, or another version's.
+absl::StatusOr<std::optional<v1::StudySpec>> StudyOf(const std::string& path,
+                                                     const v1::StudySpec& study) {
   const absl::StatusOr<std::string> present = ReadFile(path);
-  if (absl::IsNotFound(present.status())) return absl::OkStatus();
+  if (absl::IsNotFound(present.status())) return std::nullopt;
   RETURN_IF_ERROR(present.status());
   const std::string version = present->substr(0, present->find('\n'));
   if (version != VersionLine()) {
@@ -97,14 +72,18 @@ absl::Status CheckSameStudy(const std::string& path, const v1::StudySpec& study)
         path, version, VersionLine());
   }
   ASSIGN_OR_RETURN(v1::StudySpec locked, ParseStudy(*present, path));
-  const std::vector<std::string> there = LinesThatMustStay(std::move(locked));
-  const std::vector<std::string> here = LinesThatMustStay(study);
-  for (size_t i = 0; i < std::max(there.size(), here.size()); ++i) {
-    const std::string old_line = i < there.size() ? there[i] : "(end)";
-    const std::string new_line = i < here.size() ? here[i] : "(end)";
-    if (old_line != new_line) return OtherStudy(path, old_line, new_line);
+  const auto another = [&path](const std::string& there, const std::string& now) {
+    return FailedPrecondition(
+        "{} is of another study (there \"{}\", now \"{}\"): choose another folder", path, there,
+        now);
+  };
+  if (locked.name() != study.name()) {
+    return another("study: " + locked.name(), "study: " + study.name());
   }
-  return absl::OkStatus();
+  if (locked.seed() != study.seed()) {
+    return another(fmt::format("seed: {}", locked.seed()), fmt::format("seed: {}", study.seed()));
+  }
+  return locked;
 }
 
 class Archive final : public ArchiveWriter {
@@ -114,7 +93,11 @@ class Archive final : public ArchiveWriter {
   absl::Status Prepare() {
     RETURN_IF_ERROR(MakeFolders(out_));
     const std::string lock = LockText(study_);
-    RETURN_IF_ERROR(CheckSameStudy(out_ + "/study.lock.yaml", study_));
+    ASSIGN_OR_RETURN(const std::optional<v1::StudySpec> before,
+                     StudyOf(out_ + "/study.lock.yaml", study_));
+    if (before) {
+      ASSIGN_OR_RETURN(set_aside_, PutAside(out_, PartsDropped(*before, study_)));
+    }
     const std::string& source = study_.source_yaml();
     RETURN_IF_ERROR(
         WriteFileAtomically(out_ + "/study.yaml", source.empty() ? StudyToYaml(study_) : source));
@@ -190,6 +173,7 @@ class Archive final : public ArchiveWriter {
   }
 
   const Totals& totals() const override { return totals_; }
+  const std::vector<std::string>& set_aside() const override { return set_aside_; }
 
   std::map<std::string, int64_t> Frames() const override {
     std::map<std::string, int64_t> counts;
@@ -354,6 +338,7 @@ class Archive final : public ArchiveWriter {
   const std::string out_;
   const v1::StudySpec study_;
   std::map<std::string, std::map<FrameKey, IndexLine>> index_;  // By variant.
+  std::vector<std::string> set_aside_;
   Totals totals_;
 };
 

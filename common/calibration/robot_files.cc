@@ -288,7 +288,7 @@ Parsed FromRos(std::string_view text, const std::string& file, const Calibration
   if (!calibration.ok()) return calibration;
   calibration->format = "ros";
   if (yaml && between == text.npos) {
-    calibration->raw.reset();  // Of one eye only.
+    calibration->raw.reset();  // It describes one eye only.
     if (calibration->baseline_m == 0.0) {
       return found.Error("projection_matrix",
                          "has no baseline: this is the left camera; name the right one's file, "

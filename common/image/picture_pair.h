@@ -11,7 +11,7 @@ namespace parallax {
 
 // The pictures of a pair.
 struct PicturePair {
-  ImageRgb8 left, right;           // Of one size.
+  ImageRgb8 left, right;           // Equal in size.
   bool rescaled = false;           // Whether values were scaled to use 8 bits.
   std::vector<std::string> notes;  // One line each: `left.png: 16 bits, ...`.
 };

@@ -159,12 +159,11 @@ absl::Status Revoke(const std::string& dir, const std::string& folder, std::ostr
   ASSIGN_OR_RETURN(const std::string pem, ReadFile(dir + "/" + folder + "/tls.crt", 1 << 20));
   ASSIGN_OR_RETURN(const CertificateFacts facts, ReadCertificate(pem));
   const std::string list = dir + "/server/" + kRevokedFile;
+  // Farms had no list before their first revocation.
+  if (!Exists(list)) RETURN_IF_ERROR(WriteFileAtomically(list, kEmptyRevokedList));
   ASSIGN_OR_RETURN(const auto revoked, RevokedCertificates::Open(list, Clock::System()));
   if (!revoked->Contains(facts.sha256)) {
-    std::string text;
-    if (Exists(list)) {
-      ASSIGN_OR_RETURN(text, ReadFile(list, 16 << 20));
-    }
+    ASSIGN_OR_RETURN(std::string text, ReadFile(list, 16 << 20));
     if (!text.empty() && text.back() != '\n') text += '\n';
     RETURN_IF_ERROR(WriteFileAtomically(list, text + facts.sha256 + "  # " + folder + "\n"));
   }
@@ -224,6 +223,7 @@ absl::Status MakeServer(const InitOptions& options, const KeyPair& authority, do
   std::vector<FileToMake> files = IdentityFiles(authority, own);
   ASSIGN_OR_RETURN(const std::string token, NewSecret());
   files.push_back({"http.token", token + "\n"});
+  files.push_back({kRevokedFile, kEmptyRevokedList});
   RETURN_IF_ERROR(MakeFolder(options.dir, "server", files));
   out << options.dir << "/server  coordinator serve --tls " << options.dir << "/server   (for "
       << Join(hosts) << ")\n";

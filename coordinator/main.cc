@@ -1,18 +1,28 @@
 // The program `coordinator`: serve, init, check, backup.
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <exception>
 #include <filesystem>
 #include <iostream>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "common/base/edit_distance.h"
 #include "common/base/status.h"
 #include "common/base/system/log.h"
 #include "common/base/version.h"
 #include "common/store/store.h"
+#include "coordinator/client/runs/page_table.h"
 #include "coordinator/init.h"
-#include "coordinator/nearest_name.h"
 #include "coordinator/queue/database_tools.h"
+#include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/storage/scrubber.h"
 #include "coordinator/rpc/workers/output_check.h"
 #include "coordinator/serve.h"
 
@@ -45,12 +55,20 @@ The list of revoked certificates is farm-tls/server/revoked: copy it to the coor
 its --revoked, if that is another one. Calls are checked as they begin; what a worker has under way ends when its connection does.
 )";
 
+struct CheckOptions {
+  std::string db;
+  std::string store;
+  bool deep = false;    // Read the files and compare their hashes.
+  bool repair = false;  // Take damaged results back.
+  double mb_per_s = 0;  // Bound on reading; 0: none.
+};
+
 struct CommandLine {
   ServeOptions serve;
   InitOptions init;
   std::string db;
   std::string backup_file;
-  std::string check_store;
+  CheckOptions check;
   bool log_json = false;
   std::string log_level = "info";
 };
@@ -108,6 +126,26 @@ void DeclareRules(CLI::App& serve, ServeOptions& options) {
                   "files come through this coordinator) or auto (default: direct where they see "
                   "it, else stream)")
       ->check(CLI::IsMember({"auto", "direct", "stream"}));
+  serve.add_flag(
+      "--adopt-store", options.adopt_store,
+      "Take what is at --store for the database's store, although it is another one than "
+      "before; once, after a disk was replaced");
+  serve
+      .add_option(
+          "--scrub-mb-s", options.scrub_mb_s,
+          "Megabytes a second at which the files of results are read to find damage; what is "
+          "damaged is made again (default 8; 0: never)")
+      ->check(CLI::Range(0.0, 1e6));
+  serve
+      .add_option("--scrub-days", options.scrub_days,
+                  "Days from the begin of such a pass to that of the next one (default 7)")
+      ->check(CLI::Range(0.0, 36500.0));
+  serve
+      .add_option(
+          "--sweep-days", options.sweep_days,
+          "Days without a change after which folders of attempts that the database does not "
+          "know are removed from the store (default 7; 0: never)")
+      ->check(CLI::Range(0.0, 36500.0));
   serve.add_flag("--trust-workers", options.trust_workers,
                  "Don't look for the files that a result names before it is published");
 }
@@ -189,24 +227,77 @@ absl::Status CheckOutputs(const std::string& db, const std::string& uri, size_t 
   });
 }
 
-ProgramError Check(const std::string& db, const std::string& store) {
+// "study 3 (baseline), variant narrow, scene 5, rig 2"; "" if no study has the result.
+std::string Pairs(JobQueue& queue, const Sha256Digest& key) {
+  const auto users = queue.ListUsesOf(key);
+  if (!users.ok() || users->empty()) return "";
+  return "\n  of " + fmt::format("{}", fmt::join(*users, "\n  and of "));
+}
+
+// Reads all files of results. Says what is damaged and, with `repair`, has it made again.
+ProgramError CheckDeeply(const CheckOptions& options) {
+  JobQueueOptions queue_options;
+  queue_options.db_path = options.db;
+  queue_options.own_timer = false;
+  // Another store than the database's has none of its files.
+  absl::StatusOr<std::unique_ptr<Store>> store = Internal("not opened");
+  queue_options.open_store = [&](const KnownStore& known) -> absl::StatusOr<std::string> {
+    store = OpenStore(options.store, {.create = false, .id = known.id, .read_only = true});
+    RETURN_IF_ERROR(store.status());
+    return known.id;
+  };
+  auto queue = JobQueue::Open(queue_options);
+  if (!queue.ok() && queue.status() == store.status()) return {store.status(), kExitFailed};
+  if (!queue.ok()) return ExplainOpenError(queue.status(), options.db);
+  const auto scrub = (*queue)->GetScrub();
+  if (scrub.ok() && *scrub && !(*scrub)->ended_unix_s && !(*scrub)->position.empty()) {
+    std::cout << "goes on behind " << (*scrub)->files << " files that were read before\n";
+  }
+  Scrubber scrubber(**queue, **store,
+                    {.bytes_per_s = options.mb_per_s * 1e6, .repair = options.repair});
+  const auto pass = scrubber.Pass([&](const DamagedResult& damaged) {
+    std::cout << "damaged: " << damaged.why << Pairs(**queue, damaged.key) << std::endl;
+  });
+  if (!pass.ok()) return {WithContext(pass.status(), "store " + options.store), kExitFailed};
+  std::cout << pass->files << " files of " << pass->bytes << " bytes were read, " << pass->damaged
+            << " results are damaged" << std::endl;
+  if (options.repair) {
+    std::cout << scrubber.figures().pairs_taken_back
+              << " pairs are taken back; they are made again when a coordinator serves"
+              << std::endl;
+    return {};
+  }
+  if (pass->damaged == 0) return {};
+  return {DataLoss("{}: {} results are damaged; `coordinator check --deep --repair`, or a "
+                   "coordinator that serves, has them made again",
+                   options.store, pass->damaged),
+          kExitDatabaseDamaged};
+}
+
+ProgramError Check(const CheckOptions& options) {
+  const auto& [db, store, deep, repair, mb_per_s] = options;
+  if (store.empty() && (deep || repair)) {
+    return {InvalidArgument("check: --deep and --repair want --store"), kExitUsage};
+  }
+  if (repair && !deep) return {InvalidArgument("check: --repair wants --deep"), kExitUsage};
   // Its own exit status for a coordinator that is at work.
   if (std::filesystem::exists(db)) {
     if (ProgramError error = CheckDatabasePlace(db); !error.status.ok()) return error;
   }
   auto problems = AuditDatabaseFile(db);
   if (!problems.ok()) return ExplainOpenError(problems.status(), db);
-  if (!store.empty()) {
+  if (!store.empty() && !deep) {
     const absl::Status looked = CheckOutputs(db, store, problems->size() + 100, *problems);
     if (!looked.ok()) return {WithContext(looked, "store " + store), kExitFailed};
   }
   for (const std::string& problem : *problems) std::cout << problem << "\n";
-  if (problems->empty()) {
-    std::cout << db << ": every invariant holds"
-              << (store.empty() ? "" : ", and every published file is in the store") << std::endl;
-    return {};
+  if (!problems->empty()) {
+    return {DataLoss("{}: {} invariants are broken", db, problems->size()), kExitDatabaseDamaged};
   }
-  return {DataLoss("{}: {} invariants are broken", db, problems->size()), kExitDatabaseDamaged};
+  std::cout << db << ": every invariant holds"
+            << (store.empty() || deep ? "" : ", and every published file is in the store")
+            << std::endl;
+  return deep ? CheckDeeply(options) : ProgramError{};
 }
 
 ProgramError Backup(const std::string& db, const std::string& file) {
@@ -233,7 +324,7 @@ std::string ExplainUsage(const CLI::ParseError& error, const CLI::App& app, int 
       std::find(commands.begin(), commands.end(), typed) != commands.end()) {
     return std::string(error.what()) + " (see coordinator --help)";
   }
-  const std::string near = NearestOf(commands, typed);
+  const std::string near = NearestName(typed, commands);
   return "there is no command '" + typed + "'; " +
          (near.empty() ? "see `coordinator --help`" : "did you mean `coordinator " + near + "`?");
 }
@@ -250,9 +341,19 @@ int Main(int argc, char** argv) {
   const CLI::App* init = DeclareInit(app, line.init);
   CLI::App* check = app.add_subcommand(
       "check", "Re-derive every invariant of a database that no coordinator has open");
-  check->add_option("--db", line.db, "Database file")->required();
-  check->add_option("--store", line.check_store,
+  check->add_option("--db", line.check.db, "Database file")->required();
+  check->add_option("--store", line.check.store,
                     "Look for every published file in this store as well");
+  check->add_flag("--deep", line.check.deep,
+                  "Read every file in the store and compare its hash; goes on where it was "
+                  "interrupted");
+  check->add_flag("--repair", line.check.repair,
+                  "Take damaged results back, so that they are made again: no study says any more "
+                  "that it has them");
+  check
+      ->add_option("--mb-per-s", line.check.mb_per_s,
+                   "Read at most so many megabytes a second (default 0: as fast as it goes)")
+      ->check(CLI::Range(0.0, 1e6));
   CLI::App* backup = app.add_subcommand(
       "backup", "Copy a database consistently, also while a coordinator serves it");
   backup->add_option("--db", line.db, "Database file")->required();
@@ -267,13 +368,37 @@ int Main(int argc, char** argv) {
   const auto level = ParseLogLevel(line.log_level);
   if (!level.ok()) return End({level.status(), kExitUsage});
   InitLogging({.json = line.log_json, .level = *level, .program = "coordinator"});
+  line.serve.table = PageTable;
   if (serve->parsed()) return End(Serve(line.serve));
   if (init->parsed()) return End(Init(line.init));
-  if (check->parsed()) return End(Check(line.db, line.check_store));
+  if (check->parsed()) return End(Check(line.check));
   return End(Backup(line.db, line.backup_file));
+}
+
+// Libraries throw where there is no thread or memory left, from whatever thread. The database is
+// safe at any moment, so the program ends there; it says why.
+[[noreturn]] void EndByException() {
+  try {
+    if (const auto thrown = std::current_exception()) std::rethrow_exception(thrown);
+    std::cerr << "coordinator: ended by std::terminate" << std::endl;
+  } catch (const std::exception& error) {
+    const std::string_view why = error.what();
+    std::cerr << "coordinator: ends: " << why
+              << (why.find(std::strerror(EAGAIN)) == why.npos
+                      ? ""
+                      : " (no thread can be made: more are needed than `ulimit -u`, TasksMax of a "
+                        "unit or the pids limit of a container allows)")
+              << std::endl;
+  } catch (...) {
+    std::cerr << "coordinator: ended by an exception" << std::endl;
+  }
+  _exit(kExitFailed);
 }
 
 }  // namespace
 }  // namespace parallax
 
-int main(int argc, char** argv) { return parallax::Main(argc, argv); }
+int main(int argc, char** argv) {
+  std::set_terminate(parallax::EndByException);
+  return parallax::Main(argc, argv);
+}

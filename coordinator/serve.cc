@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <optional>
 #include <string_view>
 
 #include "common/base/system/log.h"
@@ -17,10 +18,12 @@
 #include "common/rpc/endpoint.h"
 #include "common/store/store.h"
 #include "coordinator/http/http_server.h"
+#include "coordinator/process_limits.h"
 #include "coordinator/queue/database/database_file.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "coordinator/rpc/janitor.h"
+#include "coordinator/rpc/storage/store_claim.h"
 
 namespace parallax {
 namespace {
@@ -34,6 +37,14 @@ absl::Status CheckStoreWritable(Store& store) {
   const absl::Status put = store.Put(probe + "/file", "probe");
   const absl::Status removed = store.RemoveTree(probe);
   return put.ok() ? removed : put;
+}
+
+absl::StatusOr<std::unique_ptr<Store>> OpenWritableStore(const ServeOptions& options,
+                                                         const KnownStore& known) {
+  ASSIGN_OR_RETURN(auto store, ClaimStore(options.store, known, options.adopt_store));
+  RETURN_IF_ERROR(
+      WithContext(CheckStoreWritable(*store), "store " + store->Uri() + " can't be written"));
+  return store;
 }
 
 v1::StoreAccess AccessOf(const std::string& name) {
@@ -94,7 +105,7 @@ JobQueueOptions QueueOptionsOf(const ServeOptions& options, const LimitRules& li
 }
 
 CoordinatorServerOptions ServerOptionsOf(const ServeOptions& options, const RpcSecurity& security,
-                                         Store& store) {
+                                         const ListenerLimits& connections, Store& store) {
   CoordinatorServerOptions server;
   server.listen = options.listen;
   server.security = security;
@@ -105,12 +116,18 @@ CoordinatorServerOptions ServerOptionsOf(const ServeOptions& options, const RpcS
   server.check_outputs = !options.trust_workers;
   server.spool_dir = SpoolFor(store, options.db);
   server.reconnect_grace_s = options.reconnect_grace_s;
+  server.connections = connections;
+  if (options.scrub_mb_s > 0) {
+    server.scrub = ScrubOptions{.bytes_per_s = options.scrub_mb_s * 1e6,
+                                .every_s = options.scrub_days * 86400};
+  }
   return server;
 }
 
 HttpServerOptions HttpOptionsOf(const ServeOptions& options, const RpcSecurity& security,
-                                Store& store) {
+                                const ListenerLimits& connections, Store& store) {
   HttpServerOptions http;
+  http.limits = connections;
   http.listen = options.http;
   http.security = security;
   http.revoked = options.revoked;
@@ -185,16 +202,11 @@ ProgramError ExplainOpenError(const absl::Status& status, const std::string& db)
 ProgramError Serve(const ServeOptions& options) {
   EndWhenMemoryRunsOut("coordinator", 1);
   const sigset_t signals = BlockStopSignals();
+  if (const absl::Status status = CheckThreads(); !status.ok()) return {status, kExitFailed};
+  const auto budget = RaiseDescriptors();
+  if (!budget.ok()) return {budget.status(), kExitFailed};
   auto security = MakeRpcSecurity(options.insecure, options.tls_dir, Clock::System());
   if (!security.ok()) return {security.status(), kExitUsage};
-  auto store = OpenStore(options.store);
-  if (!store.ok()) return {store.status(), kExitStoreUnwritable};
-  const absl::Status writable = CheckStoreWritable(**store);
-  if (!writable.ok()) {
-    return {WithContext(writable, "store " + (*store)->Uri() + " can't be written"),
-            kExitStoreUnwritable};
-  }
-
   LimitRules limits;
   if (!options.limits.empty()) {
     auto loaded = LimitRules::Load(options.limits);
@@ -202,17 +214,39 @@ ProgramError Serve(const ServeOptions& options) {
     limits = *std::move(loaded);
   }
   if (ProgramError error = CheckDatabasePlace(options.db); !error.status.ok()) return error;
-  auto queue = JobQueue::Open(QueueOptionsOf(options, limits));
+  absl::StatusOr<std::unique_ptr<Store>> store = Internal("not opened");
+  std::optional<FilePresence> presence;
+  JobQueueOptions queue_options = QueueOptionsOf(options, limits);
+  queue_options.open_store = [&](const KnownStore& known) -> absl::StatusOr<std::string> {
+    store = OpenWritableStore(options, known);
+    RETURN_IF_ERROR(store.status());
+    presence.emplace(**store);
+    return (*store)->Id();
+  };
+  queue_options.files_there = [&presence](const std::vector<JobKind::OutputFile>& files) {
+    return presence->Has(files);
+  };
+  auto queue = JobQueue::Open(queue_options);
+  if (!queue.ok() && queue.status() == store.status()) {
+    return {store.status(), kExitStoreUnwritable};
+  }
   if (!queue.ok()) return ExplainOpenError(queue.status(), options.db);
 
-  auto server = CoordinatorServer::Start(ServerOptionsOf(options, *security, **store), **queue);
+  auto server =
+      CoordinatorServer::Start(ServerOptionsOf(options, *security, budget->rpc, **store), **queue);
   if (!server.ok()) return ListenError(server.status());
-  const Janitor janitor(**queue, **store, (*server)->content(), {.lease_s = options.lease_s});
+  const Janitor janitor(**queue, **store, (*server)->content(),
+                        {.lease_s = options.lease_s, .unknown_s = options.sweep_days * 86400});
   std::unique_ptr<HttpServer> http;
   if (!options.http.empty()) {
-    auto started = HttpServer::Start(HttpOptionsOf(options, *security, **store), **queue, **server);
+    HttpServerOptions page = HttpOptionsOf(options, *security, budget->http, **store);
+    if (options.table != nullptr) {
+      page.table = [&](int64_t study) { return options.table(**queue, **store, study); };
+    }
+    auto started = HttpServer::Start(page, **queue, **server);
     if (!started.ok()) return ListenError(started.status());
     http = *std::move(started);
+    (*server)->SetPage([&http](const RpcCaller& caller) { return http->link_url(caller); });
   }
 
   Announce(**server, http.get());
@@ -221,9 +255,11 @@ ProgramError Serve(const ServeOptions& options) {
                                  {"store", (*store)->Uri()},
                                  {"epoch", (*queue)->epoch()},
                                  {"limits", limits.Describe()},
+                                 {"descriptors", budget->descriptors},
                                  {"lease_s", options.lease_s}});
   const int signal = WaitForSignal(signals);
   LogInfo("coordinator stops", {{"signal", signal}});
+  (*server)->SetPage(nullptr);
   if (http != nullptr) http->Stop();
   (*server)->Shutdown();
   return {};

@@ -1,6 +1,8 @@
 // `coordinator serve`: runs queue, gRPC service and HTTP server in one process until a signal.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -9,7 +11,9 @@
 
 namespace parallax {
 
+class JobQueue;
 class KindRegistry;
+class Store;
 
 // Options of `coordinator serve`; `coordinator serve --help` explains them.
 struct ServeOptions {
@@ -24,9 +28,15 @@ struct ServeOptions {
   bool trust_workers = false;         // Publish results without checking their files.
   double lease_s = 60;
   double reconnect_grace_s = 10;
-  double archive_after_days = 30;       // 0: never.
-  std::string limits;                   // File with the limits of users; empty: none.
-  double backoff_s = 5;                 // Least wait before a failed job's first retry.
+  double archive_after_days = 30;  // 0: never.
+  std::string limits;              // File with the limits of users; empty: none.
+  bool adopt_store = false;        // Take whatever is at `store` for the database's store.
+  double scrub_mb_s = 8;           // Rate at which results are read for damage; 0: never.
+  double scrub_days = 7;           // From the begin of a pass to that of the next one.
+  double sweep_days = 7;           // Age at which unknown folders are removed; 0: never.
+  double backoff_s = 5;            // Least wait before a failed job's first retry.
+  // Makes the table of results of a study for the page; null: the page shows none.
+  std::function<absl::StatusOr<std::string>(JobQueue&, const Store&, int64_t study)> table;
   const KindRegistry* kinds = nullptr;  // Null: the program's own. Must outlive the call.
 };
 

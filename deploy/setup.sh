@@ -22,8 +22,8 @@ readonly PACKAGES=(
   build-essential cmake ninja-build ccache clang-format pkg-config git ca-certificates unzip python3 python3-numpy python3-opencv python3-pip python3-venv
   libboost-dev libeigen3-dev libembree-dev libfcl-dev libosd-dev libtbb-dev
   libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc libabsl-dev libssl-dev libcurl4-openssl-dev
-  patchelf musl-tools libopencv-dev libopenexr-dev libpng-dev libjpeg62-turbo-dev libstb-dev libassimp-dev libtinygltf-dev libzstd-dev
-  libsqlite3-dev sqlite3 libtorch-dev libspdlog-dev python3-protobuf libfmt-dev libyaml-cpp-dev libexpat1-dev nlohmann-json3-dev libcli11-dev libcpp-httplib-dev
+  patchelf musl-tools libopencv-dev libopenexr-dev libpng-dev libjpeg62-turbo-dev libstb-dev libdraco-dev libtinygltf-dev libzstd-dev
+  libsqlite3-dev sqlite3 libtorch-dev libspdlog-dev python3-protobuf libfmt-dev libyaml-cpp-dev libexpat1-dev nlohmann-json3-dev libcli11-dev
   libgtest-dev libgmock-dev
   clang-14 libclang-rt-14-dev
 )

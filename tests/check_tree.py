@@ -35,14 +35,15 @@ USES_NO_OTHER = ("agent",)
 # alone. A folder's other files stand on top.
 INNER_LEVELS = {
     "worker/dataset": ("frame", "archive", "verify export sheets"),
-    "worker/render": ("surface", "scene", "lights camera", "paths", "renderer.h", "film", "truth"),
+    "worker/render": ("surface", "scene", "lights camera", "paths", "renderer.h", "film", "truth", "passes"),
     "worker/assets": ("asset.h", "kernel", "asset_families parts detail", "plants", "household building", "furniture lamps nature", "files"),
     "worker/materials": ("kernel", "pictures", "land", "art"),
     "worker/layout": ("anneal/footprint.h", "anneal/wish.h", "anneal/room_table", "plan", "anneal", "rooms"),
     "worker/scene/types/nature": ("rules", "ground", "nature.h", "walk", "biomes"),
     "worker/train": ("network", "contract", "data"),
     "worker/jobs": ("files", "training"),
-    "coordinator/queue": ("job_state.h commands/policy database/fail_point reads/farm_history.h", "job_kind", "job_queue.h", "database", "tables", "commands", "reads", "kinds"),
+    "coordinator/http": ("web", "server"),
+    "coordinator/queue": ("job_state.h commands/policy database/fail_point reads/farm_history.h", "job_kind", "ready_key stored_outputs.h", "job_queue.h", "database", "tables", "commands", "reads", "kinds"),
     "coordinator/client": ("exit_code interrupt", "cancellable", "views/text views/terminal", "app.h connection", "command.h", "views", "content farm", "runs", "scene_source", "commands"),
 }
 

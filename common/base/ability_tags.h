@@ -11,6 +11,9 @@ inline std::string TrainerTag(const std::string& trainer) { return "trainer:" + 
 // The worker has the files of this benchmark.
 inline std::string BenchmarkTag(const std::string& benchmark) { return "benchmark:" + benchmark; }
 
+// The worker has a GPU. Its operator says so (worker --tags gpu).
+inline constexpr char kGpuTag[] = "gpu";
+
 // The benchmark that is installed with the programs, so that no job asks for it.
 inline constexpr char kShippedBenchmark[] = "shipped";
 

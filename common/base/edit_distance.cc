@@ -28,4 +28,22 @@ size_t EditDistance(std::string_view a, std::string_view b, bool ignore_case) {
   return row.back();
 }
 
+std::string NearestName(std::string_view name, const std::vector<std::string>& known) {
+  int best_distance = std::max(2, static_cast<int>(name.size()) / 3) + 1;
+  std::string best;
+  for (const std::string& candidate : known) {
+    const int distance = static_cast<int>(EditDistance(name, candidate));
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+std::string NearestHint(std::string_view name, const std::vector<std::string>& known) {
+  const std::string best = NearestName(name, known);
+  return best.empty() ? "" : ", did you mean " + best + "?";
+}
+
 }  // namespace parallax

@@ -13,6 +13,7 @@
 #include "common/calibration/calibration.h"
 #include "common/config/check/field_rules.h"
 #include "common/config/config.h"
+#include "common/config/frame_maps.h"
 
 namespace parallax::config_internal {
 namespace {
@@ -20,6 +21,9 @@ namespace {
 constexpr size_t kMostBytes = 1 << 20;   // Size of a calibration file.
 constexpr double kNarrowest = 1.0 / 12;  // Focal length over width: 161 degrees.
 constexpr double kDegree = std::numbers::pi / 180;
+// Numbers without the size of their picture are taken to be of another size if they give a field of
+// view beyond these, or a principal point farther from the middle than this share of a side.
+constexpr double kLeastFov_deg = 20, kMostFov_deg = 120, kMostOffCentre = 0.2;
 
 void SetIntrinsics(const Intrinsics& k, auto* message) {
   message->mutable_fx_px()->set_constant(k.fx_px);
@@ -101,6 +105,31 @@ class CameraNode {
   bool Has(const char* field) const { return camera_.IsMap() && camera_[field]; }
   bool RigsHave(const char* field) const { return rigs_.IsMap() && rigs_[field]; }
   bool given() const { return camera_.IsMap(); }
+
+  // Tells of numbers that are probably of pictures of another size. `k` are those that were merged,
+  // without a size of their own.
+  void CheckSize(const v1::CameraConfig& k, int width, int height) const {
+    const double fx = SupportOf(k.fx_px()).high, cx = SupportOf(k.cx_px()).high;
+    const double fov_deg = 2 * std::atan(width / 2.0 / std::max(fx, 1e-9)) / kDegree;
+    const std::string remedy = fmt::format(
+        "; if the numbers are of pictures of another size, give that size beside them, such as "
+        "camera: {{width_px: 1920, height_px: 1080}}; if not, give width_px: {}, height_px: {}",
+        width, height);
+    if (Has("fx_px") && k.fx_px().kind_case() != 0 && fx >= width * kNarrowest &&
+        (fov_deg < kLeastFov_deg || fov_deg > kMostFov_deg)) {
+      Tell("fx_px", fmt::format("{} px on pictures of {} px are {:.0f} degrees{}", NumberText(fx),
+                                width, fov_deg, remedy));
+    }
+    const auto check = [&](const char* field, bool given, double at, int side) {
+      // CheckInside tells of a point outside of the picture.
+      if (!given || !Has(field) || at < 0 || at > side) return;
+      if (std::abs(at - side / 2.0) <= kMostOffCentre * side) return;
+      Tell(field, fmt::format("{} px is far from the middle of pictures of {} px{}", NumberText(at),
+                              side, remedy));
+    };
+    check("cx_px", k.has_cx_px(), cx, width);
+    check("cy_px", k.has_cy_px(), SupportOf(k.cy_px()).high, height);
+  }
 
   // The preset or calibration put into the config's rigs, and the projector that a preset has;
   // errors are told. Returns the hash of the file that was read.
@@ -205,6 +234,7 @@ class CameraChecker {
     CheckSource();
     CheckFocal(Dotted(path, "rigs.horizontal_fov_deg"));
     CheckPair(camera_.has_width_px(), camera_.has_height_px(), path_);
+    CheckShape(Dotted(path, "rigs."));
     const size_t before = findings_->size();
     CheckLens(camera_.lens(), path_ + ".lens");
     CheckEye(camera_.raw_left(), path_ + ".raw_left");
@@ -220,12 +250,9 @@ class CameraChecker {
   }
 
   void CheckRaw(const v1::SceneConfig& config, const std::string& path) {
-    for (const std::string& map : config.render().maps()) {
-      if (map != "raw" || camera_.has_lens() || camera_.has_raw_left() || camera_.has_raw_right()) {
-        continue;
-      }
-      Tell(path, "raw without a raw pair, allowed with rigs.camera.lens, raw_left or raw_right");
-    }
+    if (camera_.has_lens() || camera_.has_raw_left() || camera_.has_raw_right()) return;
+    if (!HasMap(config.render(), "raw")) return;
+    Tell(path, "raw without a raw pair, allowed with rigs.camera.lens, raw_left or raw_right");
   }
 
   void CheckSource() {
@@ -280,7 +307,9 @@ class CameraChecker {
     const Support support = SupportOf(point);
     if (support.low >= 0 && support.high <= side) return;
     Tell(path_ + "." + field,
-         fmt::format("reaches from {} to {}, allowed 0 to {} px: a point of the picture",
+         fmt::format("reaches from {} to {}, allowed 0 to {} px: a point of the picture; if the "
+                     "numbers are of pictures of another size, give that size beside them, such as "
+                     "camera: {{width_px: 1920, height_px: 1080}}",
                      NumberText(support.low), NumberText(support.high), side));
   }
 
@@ -288,6 +317,24 @@ class CameraChecker {
     if (width == height) return;
     Tell(path + (width ? ".width_px" : ".height_px"),
          "given alone, allowed are both sides or none");
+  }
+
+  // Pictures of another shape than the camera's would have stretched pixels.
+  void CheckShape(const std::string& rigs_path) {
+    const double width = camera_.width_px(), height = camera_.height_px();
+    if (width <= 0 || height <= 0 || rigs_.width_px() <= 0 || rigs_.height_px() <= 0) return;
+    const double kept_height = rigs_.width_px() * height / width;
+    const double kept_width = rigs_.height_px() * width / height;
+    if (std::abs(kept_height - rigs_.height_px()) < 1 ||
+        std::abs(kept_width - rigs_.width_px()) < 1) {
+      return;
+    }
+    Tell(rigs_path + "height_px",
+         fmt::format("pictures of {} x {} px by a camera of {} x {} px, whose pixels they would "
+                     "stretch, allowed is its shape, such as {} x {:.0f} px; for a part of its "
+                     "picture give rigs.camera the numbers of that part",
+                     rigs_.width_px(), rigs_.height_px(), width, height, rigs_.width_px(),
+                     kept_height));
   }
 
   void CheckLens(const v1::LensConfig& lens, const std::string& path) {
@@ -404,6 +451,7 @@ void MergeSceneConfig(YamlReader& reader, const YAML::Node& node, v1::SceneConfi
   if (!hash.empty()) merged.set_calibration_sha256(hash);
   if (merged.has_fx_px() && !camera.RigsHave("horizontal_fov_deg")) rigs.clear_horizontal_fov_deg();
   if (HasNumbers(merged) && !merged.has_width_px() && !merged.has_height_px()) {
+    camera.CheckSize(merged, rigs.width_px(), rigs.height_px());
     merged.set_width_px(rigs.width_px());
     merged.set_height_px(rigs.height_px());
   }

@@ -30,16 +30,22 @@ absl::StatusOr<v1::SceneConfig> LoadSceneConfig(const std::string& path);
 absl::StatusOr<v1::SceneConfig> ParseSceneConfig(std::string_view yaml, std::string_view file_name);
 
 // Loads a study. `path` is a file or, if there is no such file, the name of a built-in study
-// ("quickstart", "baseline"). The study's `base` is sought relative to the study's folder, then
-// among the built-in scene configs. A study.lock.yaml loads in the same way.
+// ("quickstart", "baseline"). What the study names (`extends`, `base`, calibrations, own content)
+// is sought relative to the file that names it; `extends` and `base` then among the built-in
+// configs. A study.lock.yaml loads in the same way.
 absl::StatusOr<v1::StudySpec> LoadStudy(const std::string& path);
 // Parses the text of a study. `file_name` is for messages, and a relative `base` is sought from its
 // folder.
 absl::StatusOr<v1::StudySpec> ParseStudy(std::string_view yaml, const std::string& file_name);
 
-// Returns the line, from 1, at which the text of a study gives the field `path`, such as
-// "train.trainer"; 0 if it does not give it.
-int LineOfField(std::string_view yaml, std::string_view path);
+// Returns whether `path` is a study rather than a scene config, by the fields of the document: a
+// file in any style of YAML, JSON too, or a built-in name. Errors: kNotFound.
+absl::StatusOr<bool> IsStudy(const std::string& path);
+
+// Returns "file:line" of the place at which the study `study`, a file or a built-in name, or a file
+// that it extends gives the field `field`, such as "train.trainer". Returns the file alone if none
+// gives it.
+std::string PlaceOfField(const std::string& study, std::string_view field);
 
 // Checks a study that came as a message rather than as a file. Rules and words are the same, with
 // the field's path in place of file and line: "variants[0].config.rigs.width_px: -5 is out of
@@ -72,6 +78,8 @@ Support SupportOf(const v1::Distribution& distribution);
 // Return the names that LoadStudy and LoadSceneConfig know without files, sorted.
 std::vector<std::string> BuiltinStudies();
 std::vector<std::string> BuiltinSceneConfigs();
+// Returns the names of the trainers whose files come with Parallax, sorted.
+std::vector<std::string> BuiltinTrainers();
 // Returns the text of a built-in file, for example "studies/quickstart.yaml". Errors: kNotFound.
 absl::StatusOr<std::string> BuiltinConfigText(std::string_view name);
 

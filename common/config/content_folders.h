@@ -1,10 +1,10 @@
-// The folders of the user's own content that a config names.
+// The folders and files of the user's own content that a study names.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "parallax/v1/config.pb.h"
+#include "parallax/v1/study.pb.h"
 
 namespace parallax {
 
@@ -28,6 +28,16 @@ inline std::vector<std::string*> ContentFoldersOf(v1::SceneConfig& config) {
     }
   }
   return folders;
+}
+
+// Returns the path that an own benchmark names: of a folder, or of a list.
+inline const std::string& PathOfBenchmark(const v1::OwnBenchmark& own) {
+  return own.list().empty() ? own.folder() : own.list();
+}
+
+// Sets that path.
+inline void SetPath(const std::string& path, v1::OwnBenchmark& own) {
+  own.list().empty() ? own.set_folder(path) : own.set_list(path);
 }
 
 }  // namespace parallax

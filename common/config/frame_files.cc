@@ -2,45 +2,36 @@
 
 #include <algorithm>
 
+#include "common/config/frame_maps.h"
+
 namespace parallax {
 namespace {
 
-constexpr struct {
-  const char* map;
-  const char* extension;
-} kMaps[] = {{"depth", ".exr"},   {"disparity", ".exr"},      {"occlusion", ".png"},
-             {"objects", ".png"}, {"materials", ".png"},      {"normals", ".exr"},
-             {"masks", ".png"},   {"exact_occlusion", ".png"}};
+// Sorted.
+std::vector<std::string> NamesOf(const v1::RenderConfig& render, bool sparse) {
+  std::vector<std::string> names;
+  if (!sparse) names.emplace_back("frame.json");
+  for (const FrameMap& row : FrameMaps()) {
+    if (row.sparse != sparse || !row.IsIn(render)) continue;
+    for (std::string& name : row.Files()) names.push_back(std::move(name));
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
 
 }  // namespace
 
 std::vector<std::string> FrameFileNames(const v1::RenderConfig& render) {
-  std::vector<std::string> names = {"frame.json", "left.png", "right.png"};
-  for (const auto& [map, extension] : kMaps) {
-    if (std::find(render.maps().begin(), render.maps().end(), map) == render.maps().end()) continue;
-    for (const char* eye : {"_left", "_right"}) names.push_back(std::string(map) + eye + extension);
-  }
-  if (render.keep_hdr()) names.insert(names.end(), {kLinearFiles[0], kLinearFiles[1]});
-  if (std::find(render.maps().begin(), render.maps().end(), "raw") != render.maps().end()) {
-    for (const char* eye : {"left", "right"}) {
-      names.push_back(std::string("raw_") + eye + ".png");
-      names.push_back(std::string("raw_flow_") + eye + ".exr");
-      names.push_back(std::string("raw_occlusion_") + eye + ".png");
-    }
-  }
-  if (std::find(render.maps().begin(), render.maps().end(), "flow") != render.maps().end()) {
-    for (const char* direction : {"forward", "backward"}) {
-      for (const char* eye : {"_left", "_right"}) {
-        names.push_back(std::string("flow_") + direction + eye + ".exr");
-        names.push_back(std::string("flow_occlusion_") + direction + eye + ".png");
-      }
-    }
-  }
-  if (std::find(render.maps().begin(), render.maps().end(), "infrared") != render.maps().end()) {
-    names.insert(names.end(), {kInfraredFiles[0], kInfraredFiles[1]});
-  }
-  std::sort(names.begin(), names.end());
-  return names;
+  return NamesOf(render, false);
+}
+
+bool AreFrameFiles(const std::vector<std::string>& names, const v1::RenderConfig& render) {
+  const std::vector<std::string> wanted = NamesOf(render, false), sparse = NamesOf(render, true);
+  std::vector<std::string> more;
+  std::set_difference(names.begin(), names.end(), wanted.begin(), wanted.end(),
+                      std::back_inserter(more));
+  return more.size() + wanted.size() == names.size() &&
+         std::includes(sparse.begin(), sparse.end(), more.begin(), more.end());
 }
 
 }  // namespace parallax

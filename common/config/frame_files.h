@@ -1,5 +1,5 @@
 // The files of a frame's folder: one list for the writer of frames, the coordinator's checks and
-// tests.
+// tests. Their names and encodings are those of the table of maps (frame_maps.h).
 #pragma once
 
 #include <string>
@@ -20,9 +20,13 @@ inline constexpr float kMostLight = 60000;
 // 8-bit grey pictures of both eyes under the rig's projector (render.maps: infrared).
 inline constexpr const char* kInfraredFiles[2] = {"infrared_left.png", "infrared_right.png"};
 
-// Returns the file names of one frame, sorted: both images, frame.json, and each map that `render`
-// asks for, of both eyes ("depth_left.exr"). Unknown maps are left out; the check of configs
-// refuses them.
+// Returns the file names that one frame has at least, sorted: both images, frame.json, and each map
+// that `render` asks for, of both eyes ("depth_left.exr"); sparse maps are left out. Unknown maps
+// are left out, too; the check of configs refuses them.
 std::vector<std::string> FrameFileNames(const v1::RenderConfig& render);
+
+// Returns whether a frame of `render` may have exactly the files `names`, sorted: those above, and
+// any of the sparse maps that it asks for.
+bool AreFrameFiles(const std::vector<std::string>& names, const v1::RenderConfig& render);
 
 }  // namespace parallax

@@ -25,6 +25,7 @@ void FillIn(v1::EvaluateSpec* evaluate) {
   const v1::EvaluateSpec given = *evaluate;
   config_internal::ApplyDefaults(evaluate);
   *evaluate->mutable_benchmarks() = given.benchmarks();
+  *evaluate->mutable_own_benchmarks() = given.own_benchmarks();
   *evaluate->mutable_baselines() = given.baselines();
   *evaluate->mutable_group_by() = given.group_by();
 }
@@ -61,8 +62,9 @@ void ResolveHeldout(v1::StudySpec* study) {
   *study->add_variants() = std::move(heldout);
 }
 
-// The set's data: variants with weights that sum to 1, how much of them, and which control it is.
-using SetData = std::tuple<std::vector<std::pair<std::string, double>>, double, bool>;
+// The set's data: variants with weights that sum to 1, how much of them, which
+// control it is and which truth.
+using SetData = std::tuple<std::vector<std::pair<std::string, double>>, double, bool, std::string>;
 
 SetData DataOf(const v1::Mixture& set) {
   double sum = 0;
@@ -71,7 +73,7 @@ SetData DataOf(const v1::Mixture& set) {
   for (const v1::Mixture::Part& part : set.parts()) {
     if (part.weight() > 0) parts.emplace_back(part.variant(), part.weight() / sum);
   }
-  return {std::move(parts), set.share(), set.mismatched()};
+  return {std::move(parts), set.share(), set.mismatched(), set.truth()};
 }
 
 }  // namespace
@@ -101,7 +103,15 @@ std::vector<v1::Mixture> TrainingSetsOf(const v1::StudySpec& study) {
     }
   }
   sets.insert(sets.end(), train.mixtures().begin(), train.mixtures().end());
+  for (v1::Mixture& set : sets) {
+    if (set.truth().empty()) set.set_truth(train.truth());
+  }
   return sets;
+}
+
+std::string TruthOfHeldout(const v1::StudySpec& study) {
+  const std::string& own = study.evaluate().truth();
+  return own.empty() ? study.train().truth() : own;
 }
 
 int PlainTwinOf(const v1::Mixture& curated, const std::vector<v1::Mixture>& sets) {

@@ -35,8 +35,12 @@ inline bool WantsHeldout(const v1::StudySpec& study) {
 void ResolveTraining(v1::StudySpec* study);
 
 // Returns the training sets in order: each variant as a mixture of one part, then the mixtures.
-// Empty without `train`. Requires a resolved study.
+// Empty without `train`. Requires a resolved study. Each has its truth, "first" or "behind".
 std::vector<v1::Mixture> TrainingSetsOf(const v1::StudySpec& study);
+
+// Returns which surface networks are scored on in held-out pairs, "first" or "behind"; empty
+// without `train` unless `evaluate` says. Requires a resolved study.
+std::string TruthOfHeldout(const v1::StudySpec& study);
 
 // Returns the index in `sets` of the set with the same parts as `curated` but without curation,
 // whose networks score the frames. -1: none exists.

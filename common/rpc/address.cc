@@ -1,9 +1,9 @@
 #include "common/rpc/address.h"
 
+#include <arpa/inet.h>
 #include <fmt/core.h>
+#include <strings.h>
 #include <sys/un.h>
-
-#include <algorithm>
 
 namespace parallax {
 namespace {
@@ -39,12 +39,21 @@ bool ParsePort(std::string_view digits, int* port) {
 
 }  // namespace
 
-bool RpcAddress::is_local() const {
-  if (is_unix() || host == "localhost" || host == "::1") return true;
-  // Accepts only an address: "127.example.org" is a host name.
-  const bool numeric = host.find_first_not_of("0123456789.") == std::string::npos;
-  return numeric && host.rfind("127.", 0) == 0 && std::count(host.begin(), host.end(), '.') == 3;
+bool IsIpAddress(const std::string& host) {
+  in6_addr address;
+  return inet_pton(AF_INET, host.c_str(), &address) == 1 ||
+         inet_pton(AF_INET6, host.c_str(), &address) == 1;
 }
+
+bool IsLoopbackHost(const std::string& host) {
+  if (strcasecmp(host.c_str(), "localhost") == 0) return true;
+  in_addr v4;
+  if (inet_pton(AF_INET, host.c_str(), &v4) == 1) return ntohl(v4.s_addr) >> 24 == 127;
+  in6_addr v6;
+  return inet_pton(AF_INET6, host.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6);
+}
+
+bool RpcAddress::is_local() const { return is_unix() || IsLoopbackHost(host); }
 
 std::string RpcAddress::ToString() const {
   if (is_unix()) return std::string(kUnixScheme) + unix_path;

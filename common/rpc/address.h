@@ -21,6 +21,12 @@ struct RpcAddress {
   std::string ToString() const;
 };
 
+// Returns whether `host`, without brackets, is an IPv4 or IPv6 address in full and no name.
+bool IsIpAddress(const std::string& host);
+// Returns whether `host`, without brackets, is "localhost" or an address of 127.0.0.0/8 or ::1. It
+// is parsed: "127.example.org" and "127.1" are names.
+bool IsLoopbackHost(const std::string& host);
+
 // Parses an address. Errors: kInvalidArgument that says what was seen and what is wanted.
 absl::StatusOr<RpcAddress> ParseRpcAddress(std::string_view text);
 

@@ -4,91 +4,18 @@
 #include <grpcpp/create_channel.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/security/auth_metadata_processor.h>
-#include <netdb.h>
-#include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
-#include <unistd.h>
+#include <grpcpp/support/server_interceptor.h>
 
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
 
 #include "common/rpc/grpc_status.h"
+#include "common/rpc/probe.h"
 
 namespace parallax {
 namespace {
 
-// A file descriptor that closes itself.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) close(fd_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return fd_; }
-
- private:
-  int fd_;
-};
-
-absl::Status ListenError(const RpcAddress& address, int error_number) {
-  if (error_number == EADDRINUSE) {
-    return AlreadyExists("cannot listen on {}: address already in use", address.ToString());
-  }
-  return ErrnoError(error_number, "cannot listen on " + address.ToString());
-}
-
-// gRPC removes a socket file before it binds, even if it is served; so ask first whether a process
-// answers there.
-absl::Status CheckUnixSocketFree(const RpcAddress& address) {
-  Descriptor fd(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  if (fd.get() < 0) return ListenError(address, errno);
-  sockaddr_un name{};
-  name.sun_family = AF_UNIX;
-  std::memcpy(name.sun_path, address.unix_path.c_str(), address.unix_path.size() + 1);
-  if (connect(fd.get(), reinterpret_cast<sockaddr*>(&name), sizeof(name)) == 0) {
-    return ListenError(address, EADDRINUSE);
-  }
-  return absl::OkStatus();
-}
-
-// gRPC says only that it could not bind. Binding once more by hand tells why; OK when nothing is
-// wrong (any more).
-absl::Status ProbeTcp(const RpcAddress& address) {
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = AI_PASSIVE;
-  addrinfo* found = nullptr;
-  const int error =
-      getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &hints, &found);
-  if (error != 0) {
-    return NotFound("cannot listen on {}: {}", address.ToString(), gai_strerror(error));
-  }
-  std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> owner(found, &freeaddrinfo);
-  Descriptor fd(socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  if (fd.get() < 0) return ListenError(address, errno);
-  const int yes = 1;
-  setsockopt(fd.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
-  if (bind(fd.get(), found->ai_addr, found->ai_addrlen) != 0) return ListenError(address, errno);
-  if (listen(fd.get(), 1) != 0) return ListenError(address, errno);
-  return absl::OkStatus();
-}
-
-absl::Status ProbeUnix(const RpcAddress& address) {
-  Descriptor fd(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  if (fd.get() < 0) return ListenError(address, errno);
-  sockaddr_un name{};
-  name.sun_family = AF_UNIX;
-  std::memcpy(name.sun_path, address.unix_path.c_str(), address.unix_path.size() + 1);
-  if (bind(fd.get(), reinterpret_cast<sockaddr*>(&name), sizeof(name)) != 0) {
-    return ListenError(address, errno);
-  }
-  unlink(address.unix_path.c_str());
-  return absl::OkStatus();
-}
+// Who has not finished TLS and the beginning of HTTP/2 by then is disconnected.
+constexpr int kHandshake_ms = 10'000;
 
 // gRPC's own lines tell of what our statuses tell too. Who hunts a bug in gRPC sets GRPC_VERBOSITY.
 void QuietGrpcLog() {
@@ -164,11 +91,20 @@ std::shared_ptr<grpc::ServerCredentials> ServerCredentialsFor(const RpcAddress& 
   return credentials;
 }
 
-absl::Status WhyNotListening(const RpcAddress& address) {
-  absl::Status why = address.is_unix() ? ProbeUnix(address) : ProbeTcp(address);
-  if (!why.ok()) return why;
-  return Unavailable("cannot listen on {}", address.ToString());
-}
+// Tells the listener who is known: the callers whose calls have come as far as to a handler, past
+// certificate and gate.
+class KnownCallers final : public grpc::experimental::ServerInterceptorFactoryInterface {
+ public:
+  explicit KnownCallers(Listener& listener) : listener_(listener) {}
+  grpc::experimental::Interceptor* CreateServerInterceptor(
+      grpc::experimental::ServerRpcInfo* info) override {
+    listener_.Know(info->server_context()->peer());
+    return nullptr;
+  }
+
+ private:
+  Listener& listener_;
+};
 
 }  // namespace
 
@@ -231,56 +167,61 @@ void SetRpcTimeout(grpc::ClientContext& context, std::chrono::duration<double> t
   context.set_deadline(DeadlineAfter(timeout));
 }
 
-RpcServer::RpcServer(std::unique_ptr<grpc::Server> server, std::vector<RpcAddress> addresses)
-    : server_(std::move(server)), addresses_(std::move(addresses)) {}
+RpcServer::RpcServer(std::unique_ptr<Listener> listener, const RpcSecurity& security)
+    : listener_(std::move(listener)), security_(security) {}
 
 RpcServer::~RpcServer() { Shutdown(std::chrono::seconds(0)); }
 
 absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(
     const std::vector<RpcAddress>& addresses, const RpcSecurity& security,
-    const std::vector<grpc::Service*>& services, RpcGate gate) {
+    const std::vector<grpc::Service*>& services, RpcGate gate, const ListenerLimits& limits) {
   if (addresses.empty()) return InvalidArgument("no address to listen on");
-  for (const RpcAddress& address : addresses) {
-    RETURN_IF_ERROR(CheckRpcSecurity(address, security));
-    if (address.is_unix()) RETURN_IF_ERROR(CheckUnixSocketFree(address));
-  }
+  for (const RpcAddress& address : addresses) RETURN_IF_ERROR(CheckRpcSecurity(address, security));
   QuietGrpcLog();
+  ASSIGN_OR_RETURN(auto listener, Listener::Bind(addresses, limits));
+  std::unique_ptr<RpcServer> server(new RpcServer(std::move(listener), security));
   grpc::ServerBuilder builder;
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshake_ms);
   builder.SetMaxReceiveMessageSize(kMaxRpcMessageBytes);
   builder.SetMaxSendMessageSize(kMaxRpcMessageBytes);
-  std::vector<int> ports(addresses.size(), 0);
-  for (size_t i = 0; i < addresses.size(); ++i) {
-    builder.AddListeningPort(addresses[i].ToString(),
-                             ServerCredentialsFor(addresses[i], security, gate), &ports[i]);
+  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
+  interceptors.push_back(std::make_unique<KnownCallers>(*server->listener_));
+  builder.experimental().SetInterceptorCreators(std::move(interceptors));
+  using Acceptor = grpc::experimental::ExternalConnectionAcceptor;
+  std::vector<std::shared_ptr<Acceptor>> acceptors;
+  for (const RpcAddress& address : addresses) {
+    acceptors.push_back(builder.experimental().AddExternalConnectionAcceptor(
+        grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
+        ServerCredentialsFor(address, security, gate)));
   }
   for (grpc::Service* service : services) builder.RegisterService(service);
-  std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
-  for (size_t i = 0; i < addresses.size(); ++i) {
-    if (server == nullptr || ports[i] == 0) {
-      // The first address that could not be bound keeps port 0, also when gRPC gave up on all of
-      // them.
-      if (ports[i] != 0) continue;
-      server.reset();
-      return WhyNotListening(addresses[i]);
-    }
+  server->server_ = builder.BuildAndStart();
+  if (server->server_ == nullptr) return Internal("the gRPC server could not be started");
+  server->listener_->Start([acceptors](int fd, size_t address, const std::string&) {
+    Acceptor::NewConnectionParameters connection;
+    connection.fd = fd;
+    acceptors[address]->HandleNewConnection(&connection);
+  });
+  return server;
+}
+
+const std::vector<RpcAddress>& RpcServer::addresses() const { return listener_->addresses(); }
+
+absl::Status RpcServer::CheckAnswers() const {
+  for (const RpcAddress& address : addresses()) {
+    const bool has_tls = security_.tls != nullptr && !address.is_unix();
+    RETURN_IF_ERROR(CheckRpcAnswers(address, has_tls,
+                                    [this](const std::string& peer) { listener_->Expect(peer); }));
   }
-  if (server == nullptr) return Internal("the gRPC server could not be started");
-  std::vector<RpcAddress> bound = addresses;
-  for (size_t i = 0; i < bound.size(); ++i) {
-    if (!bound[i].is_unix()) {
-      bound[i].port = ports[i];
-    } else if (chmod(bound[i].unix_path.c_str(), 0600) != 0) {
-      return ListenError(bound[i], errno);
-    }
-  }
-  return std::unique_ptr<RpcServer>(new RpcServer(std::move(server), std::move(bound)));
+  return absl::OkStatus();
 }
 
 void RpcServer::Shutdown(std::chrono::duration<double> grace) {
+  listener_->Stop();
+  if (server_ == nullptr) return;
   server_->Shutdown(DeadlineAfter(grace));
   server_->Wait();
 }

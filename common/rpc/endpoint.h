@@ -15,6 +15,7 @@
 #include "common/base/status.h"
 #include "common/rpc/address.h"
 #include "common/rpc/certificate.h"
+#include "common/rpc/listener.h"
 
 namespace grpc {
 class AuthContext;
@@ -79,18 +80,16 @@ std::string ActorOf(const grpc::ServerContextBase& context);
 // Decides whether a caller with a certificate may call "/package.Service/Method": OK if it may.
 using RpcGate = std::function<absl::Status(const RpcCaller& caller, std::string_view method)>;
 
-// A listening server. Thread-safe.
+// A listening server. Callers without a certificate can't fill it: see listener.h. Thread-safe.
 class RpcServer {
  public:
   // Listens on all addresses or on none. `services` must outlive the server. `gate` checks every
   // call with a certificate before its message is read; without a gate such calls are refused.
-  // Ports are not shared with other processes, and a Unix socket that another process serves is
-  // left alone. Only the owner of a Unix socket may connect to it. Errors: kAlreadyExists for an
-  // address in use; kPermissionDenied, kNotFound and others of the socket, each naming the address;
-  // those of CheckRpcSecurity.
+  // Errors: those of Listener::Bind and CheckRpcSecurity.
   static absl::StatusOr<std::unique_ptr<RpcServer>> Start(
       const std::vector<RpcAddress>& addresses, const RpcSecurity& security,
-      const std::vector<grpc::Service*>& services, RpcGate gate = nullptr);
+      const std::vector<grpc::Service*>& services, RpcGate gate = nullptr,
+      const ListenerLimits& limits = {});
   static absl::StatusOr<std::unique_ptr<RpcServer>> Start(const std::vector<RpcAddress>& addresses,
                                                           const RpcSecurity& security,
                                                           grpc::Service& service) {
@@ -99,17 +98,22 @@ class RpcServer {
   ~RpcServer();  // Shuts down at once.
 
   // Returns the addresses of Start, with the actual port in place of port 0.
-  const std::vector<RpcAddress>& addresses() const { return addresses_; }
+  const std::vector<RpcAddress>& addresses() const;
+
+  // Connects to each of its own addresses as a client does, in a place that is kept for this, and
+  // waits until gRPC answers there. Errors: kUnavailable that names the address.
+  absl::Status CheckAnswers() const;
 
   // Refuses new calls, lets calls in progress end for up to `grace`, cancels the rest, and returns
   // when all have ended. Idempotent.
   void Shutdown(std::chrono::duration<double> grace);
 
  private:
-  RpcServer(std::unique_ptr<grpc::Server> server, std::vector<RpcAddress> addresses);
+  RpcServer(std::unique_ptr<Listener> listener, const RpcSecurity& security);
 
-  std::unique_ptr<grpc::Server> server_;
-  std::vector<RpcAddress> addresses_;
+  const std::unique_ptr<Listener> listener_;
+  const RpcSecurity security_;
+  std::unique_ptr<grpc::Server> server_;  // Null only while it starts.
 };
 
 }  // namespace parallax

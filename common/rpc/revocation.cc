@@ -29,9 +29,15 @@ bool IsFingerprint(const std::string& word) {
 
 absl::StatusOr<Fingerprints> ReadFingerprints(const std::string& path) {
   Fingerprints found;
-  std::error_code error;
-  if (!fs::exists(path, error)) return found;
-  ASSIGN_OR_RETURN(const std::string text, ReadFile(path, kMostBytes));
+  const absl::StatusOr<std::string> read = ReadFile(path, kMostBytes);
+  if (!read.ok() && !absl::IsNotFound(read.status())) return read.status();
+  const std::string text = read.ok() ? *read : "";
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
+    return FailedPrecondition(
+        "{}: {}; if no certificate is revoked, let it have a line that begins with '#'", path,
+        read.ok() ? "the list of revoked certificates is empty"
+                  : "there is no list of revoked certificates");
+  }
   std::istringstream lines(text);
   int number = 0;
   for (std::string line; std::getline(lines, line);) {
@@ -75,7 +81,13 @@ class RevokedCertificatesImpl final : public RevokedCertificates {
   absl::Status ReadLocked() {
     looked_ = clock_.Steady();
     stamp_ = StampOf(path_);
-    ASSIGN_OR_RETURN(fingerprints_, ReadFingerprints(path_));
+    ASSIGN_OR_RETURN(const Fingerprints found, ReadFingerprints(path_));
+    const size_t before = fingerprints_.size();
+    fingerprints_.insert(found.begin(), found.end());
+    if (const size_t gone = fingerprints_.size() - found.size(); before > 0 && gone > 0) {
+      LogWarning("revoked certificates are missing in the list; they stay revoked until a restart",
+                 {{"file", path_}, {"count", gone}});
+    }
     return absl::OkStatus();
   }
 
@@ -83,7 +95,7 @@ class RevokedCertificatesImpl final : public RevokedCertificates {
     looked_ = clock_.Steady();
     if (StampOf(path_) == stamp_) return;
     if (const absl::Status status = ReadLocked(); !status.ok()) {
-      LogError("revoked certificates: the file is left as it was read before",
+      LogError("revoked certificates: the list is left as it was read before",
                {{"error", ToStd(status.message())}});
       return;
     }

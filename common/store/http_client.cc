@@ -20,12 +20,25 @@ constexpr long kSlowest_bytes_per_s = 1000;
 constexpr long kSlowPatience_s = 30;
 constexpr size_t kHashedAtOnce = 1 << 18;
 
-size_t TakeBody(char* data, size_t size, size_t count, void* answer) {
-  static_cast<HttpAnswer*>(answer)->body.append(data, size * count);
+// An answer that comes in.
+struct Receiving {
+  const HttpRequest* request;
+  HttpAnswer* answer;
+  bool stopped = false;  // By who receives it.
+};
+
+size_t TakeBody(char* data, size_t size, size_t count, void* user) {
+  auto& receiving = *static_cast<Receiving*>(user);
+  if (!receiving.request->receive) {
+    receiving.answer->body.append(data, size * count);
+  } else if (!receiving.request->receive({data, size * count})) {
+    receiving.stopped = true;
+    return CURL_WRITEFUNC_ERROR;
+  }
   return size * count;
 }
 
-size_t TakeHeader(char* data, size_t size, size_t count, void* answer) {
+size_t TakeHeader(char* data, size_t size, size_t count, void* user) {
   std::string_view line(data, size * count);
   const size_t colon = line.find(':');
   if (colon != std::string_view::npos) {
@@ -34,7 +47,7 @@ size_t TakeHeader(char* data, size_t size, size_t count, void* answer) {
     line.remove_prefix(colon + 1);
     while (!line.empty() && line.front() == ' ') line.remove_prefix(1);
     while (!line.empty() && (line.back() == '\r' || line.back() == '\n')) line.remove_suffix(1);
-    static_cast<HttpAnswer*>(answer)->headers[name] = line;
+    static_cast<Receiving*>(user)->answer->headers[name] = line;
   }
   return size * count;
 }
@@ -120,6 +133,8 @@ absl::StatusOr<std::string> HttpBody::Sha256Hex() const {
 
 HttpClient::HttpClient(HttpSigner signer)
     : signer_(std::move(signer)), handles_(std::make_unique<Handles>()) {}
+HttpClient::HttpClient(HttpFarm farm)
+    : farm_(std::move(farm)), handles_(std::make_unique<Handles>()) {}
 HttpClient::~HttpClient() = default;
 
 namespace {
@@ -165,11 +180,27 @@ void SetSigner(CURL* curl, const HttpSigner& signer) {
   curl_easy_setopt(curl, CURLOPT_USERPWD, user.c_str());
 }
 
-void SetAnswer(CURL* curl, HttpAnswer& answer) {
+// libcurl copies the strings.
+void SetFarm(CURL* curl, const HttpFarm& farm) {
+  curl_easy_setopt(curl, CURLOPT_PROXY, "");
+  curl_easy_setopt(curl, CURLOPT_TIMEOUT, farm.most_s);
+  if (farm.ca_file.empty()) {
+    curl_easy_setopt(curl, CURLOPT_SSL_VERIFYPEER, 0L);
+    curl_easy_setopt(curl, CURLOPT_SSL_VERIFYHOST, 0L);
+  } else {
+    curl_easy_setopt(curl, CURLOPT_CAINFO, farm.ca_file.c_str());
+    curl_easy_setopt(curl, CURLOPT_CAPATH, nullptr);
+  }
+  if (farm.certificate_file.empty()) return;
+  curl_easy_setopt(curl, CURLOPT_SSLCERT, farm.certificate_file.c_str());
+  curl_easy_setopt(curl, CURLOPT_SSLKEY, farm.key_file.c_str());
+}
+
+void SetAnswer(CURL* curl, Receiving& receiving) {
   curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, &TakeBody);
-  curl_easy_setopt(curl, CURLOPT_WRITEDATA, &answer);
+  curl_easy_setopt(curl, CURLOPT_WRITEDATA, &receiving);
   curl_easy_setopt(curl, CURLOPT_HEADERFUNCTION, &TakeHeader);
-  curl_easy_setopt(curl, CURLOPT_HEADERDATA, &answer);
+  curl_easy_setopt(curl, CURLOPT_HEADERDATA, &receiving);
 }
 
 // The method, and what it sends; `sending` lives until the transfer ends.
@@ -185,7 +216,7 @@ void SetMethod(CURL* curl, const HttpRequest& request, Sending& sending, HeaderL
     curl_easy_setopt(curl, CURLOPT_SEEKDATA, &sending);
     curl_easy_setopt(curl, CURLOPT_INFILESIZE_LARGE, static_cast<curl_off_t>(body.size()));
   } else if (request.method == "POST") {
-    headers.Add("Content-Type: application/xml");
+    headers.Add("Content-Type: " + request.content_type);
     curl_easy_setopt(curl, CURLOPT_POST, 1L);
     curl_easy_setopt(curl, CURLOPT_POSTFIELDS, body.bytes.empty() ? "" : body.bytes.data());
     curl_easy_setopt(curl, CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(body.size()));
@@ -194,13 +225,14 @@ void SetMethod(CURL* curl, const HttpRequest& request, Sending& sending, HeaderL
   }
 }
 
-void Perform(CURL* curl, HttpAnswer& answer) {
+void Perform(CURL* curl, const Receiving& receiving) {
+  HttpAnswer& answer = *receiving.answer;
   char error[CURL_ERROR_SIZE] = "";
   curl_easy_setopt(curl, CURLOPT_ERRORBUFFER, error);
   const CURLcode result = curl_easy_perform(curl);
   long code = 0;
   curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &code);
-  if (result == CURLE_OK) {
+  if (result == CURLE_OK || receiving.stopped) {
     answer.code = static_cast<int>(code);
   } else {
     answer.error = *error != '\0' ? error : curl_easy_strerror(result);
@@ -212,7 +244,8 @@ void Perform(CURL* curl, HttpAnswer& answer) {
 
 HttpAnswer HttpClient::Send(const HttpRequest& request) const {
   HttpAnswer answer;
-  const auto sha256 = BodyHash(request);
+  const bool is_signed = !signer_.access_key.empty();
+  const auto sha256 = is_signed ? BodyHash(request) : absl::StatusOr<std::string>("");
   if (!sha256.ok()) {
     answer.error = std::string(sha256.status().message());
     return answer;
@@ -224,15 +257,17 @@ HttpAnswer HttpClient::Send(const HttpRequest& request) const {
   }
   HeaderList headers;
   for (const auto& [name, value] : request.headers) headers.Add(name + ": " + value);
-  headers.Add("x-amz-content-sha256: " + *sha256);
+  if (is_signed) headers.Add("x-amz-content-sha256: " + *sha256);
   if (!signer_.session_token.empty()) headers.Add("x-amz-security-token: " + signer_.session_token);
   Sending sending{&request.body};
+  Receiving receiving{&request, &answer};
   SetConnection(curl, request);
-  SetSigner(curl, signer_);
-  SetAnswer(curl, answer);
+  if (is_signed) SetSigner(curl, signer_);
+  if (farm_) SetFarm(curl, *farm_);
+  SetAnswer(curl, receiving);
   SetMethod(curl, request, sending, headers);
   curl_easy_setopt(curl, CURLOPT_HTTPHEADER, headers.get());
-  Perform(curl, answer);
+  Perform(curl, receiving);
   handles_->Return(curl);
   return answer;
 }

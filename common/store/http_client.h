@@ -1,10 +1,11 @@
-// Sends HTTP requests that are signed for S3 (AWS Signature Version 4) over connections that stay
-// open.
+// Sends HTTP requests over connections that stay open, for S3 signed by AWS Signature Version 4.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,13 +29,16 @@ struct HttpBody {
   absl::StatusOr<std::string> Sha256Hex() const;
 };
 
-// A request; HttpClient adds the signature.
+// A request; HttpClient adds the signature, if it has a signer.
 struct HttpRequest {
   std::string method;
   std::string url;  // Path and query percent-encoded, the query sorted.
   std::vector<std::pair<std::string, std::string>> headers = {};
-  HttpBody body = {};       // A POST's must be in memory.
-  std::string sha256 = "";  // Digest of the body; "": not known yet.
+  HttpBody body = {};                            // A POST's must be in memory.
+  std::string content_type = "application/xml";  // Of a POST's body.
+  std::string sha256 = "";                       // Digest of the body; "": not known yet.
+  // Gets the answer's body piece by piece, in place of HttpAnswer::body; false ends the transfer.
+  std::function<bool(std::string_view piece)> receive = nullptr;
 };
 
 // The answer to a request, or the reason why none exists.
@@ -45,7 +49,7 @@ struct HttpAnswer {
   std::map<std::string, std::string> headers;  // Names in lower case.
 };
 
-// Credentials and region for signatures; see s3_options.h.
+// Credentials and region for signatures; see s3_options.h. Without access key, nothing is signed.
 struct HttpSigner {
   std::string access_key;
   std::string secret_key;
@@ -53,10 +57,19 @@ struct HttpSigner {
   std::string region;
 };
 
+// A server of a farm: it is reached directly, without a proxy, and shows a certificate of the farm.
+struct HttpFarm {
+  std::string ca_file;           // The authority; empty: any certificate will do.
+  std::string certificate_file;  // Shown to the server; empty: none.
+  std::string key_file;
+  long most_s = 10;  // Longest time of a request and its answer.
+};
+
 // Thread-safe: each thread that sends has a connection of its own.
 class HttpClient {
  public:
   explicit HttpClient(HttpSigner signer);
+  explicit HttpClient(HttpFarm farm);
   ~HttpClient();
   HttpClient(const HttpClient&) = delete;
   HttpClient& operator=(const HttpClient&) = delete;
@@ -67,6 +80,7 @@ class HttpClient {
  private:
   class Handles;
   const HttpSigner signer_;
+  const std::optional<HttpFarm> farm_;
   const std::unique_ptr<Handles> handles_;
 };
 

@@ -109,6 +109,15 @@ absl::StatusOr<std::vector<std::string>> NamesIn(int folder_fd, const std::strin
   return names;
 }
 
+// "" when there is none.
+absl::StatusOr<std::string> ReadMarker(const std::string& folder) {
+  const std::string path = folder + "/" + std::string(kStoreMarker);
+  const absl::StatusOr<std::string> text = ReadFile(path, 4096);
+  if (absl::IsNotFound(text.status())) return std::string();
+  if (!text.ok()) return text.status();
+  return ParseStoreMarker(*text, path);
+}
+
 class LocalStore final : public Store {
  public:
   LocalStore(std::string root, Descriptor root_fd, std::string id)
@@ -116,6 +125,19 @@ class LocalStore final : public Store {
 
   std::string Uri() const override { return "file://" + root_; }
   std::string Id() const override { return id_; }
+  absl::Status CheckMarker() const override {
+    ASSIGN_OR_RETURN(const std::string id, ReadMarker(root_));
+    return CheckStoreId(root_, id, id_);
+  }
+  absl::StatusOr<std::string> Owner() const override {
+    const absl::StatusOr<std::string> text = ReadFile(OwnerPath(), 4096);
+    if (absl::IsNotFound(text.status())) return std::string();
+    if (!text.ok()) return text.status();
+    return text->substr(0, text->find('\n'));
+  }
+  absl::Status SetOwner(const std::string& database_id) override {
+    return WriteFileAtomically(OwnerPath(), database_id + "\n");
+  }
 
   absl::Status Put(std::string_view path, std::string_view bytes) override {
     RETURN_IF_ERROR(CheckStorePath(path));
@@ -205,6 +227,7 @@ class LocalStore final : public Store {
   }
 
  private:
+  std::string OwnerPath() const { return root_ + "/" + std::string(kStoreOwner); }
   std::string Shown(std::string_view path) const { return root_ + "/" + std::string(path); }
 
   absl::StatusOr<Descriptor> OpenFile(std::string_view path) const {
@@ -251,14 +274,18 @@ class LocalStore final : public Store {
                         std::vector<StoreEntry>& entries) const {
     ASSIGN_OR_RETURN(const std::vector<std::string> names, NamesIn(folder_fd, Shown(prefix)));
     for (const std::string& name : names) {
-      if (name.rfind(kTemporaryPrefix, 0) == 0 || name == kStoreMarker) continue;
+      if (name.rfind(kTemporaryPrefix, 0) == 0 || name == kStoreMarker || name == kStoreOwner) {
+        continue;
+      }
       const std::string path = prefix.empty() ? name : prefix + "/" + name;
       struct stat info {};
       if (::fstatat(folder_fd, name.c_str(), &info, AT_SYMLINK_NOFOLLOW) != 0) {
         if (errno == ENOENT) continue;  // Removed meanwhile.
         return ErrnoError(errno, "list " + Shown(path));
       }
-      if (S_ISREG(info.st_mode)) entries.push_back({path, info.st_size});
+      if (S_ISREG(info.st_mode)) {
+        entries.push_back({path, info.st_size, static_cast<double>(info.st_mtime)});
+      }
       if (!S_ISDIR(info.st_mode)) continue;
       const Descriptor child(
           ::openat(folder_fd, name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
@@ -292,47 +319,49 @@ class LocalStore final : public Store {
   const std::string id_;
 };
 
-constexpr std::string_view kMarkerHead = "{\"store\": \"";
-constexpr std::string_view kMarkerTail = "\"}\n";
-
-// "" when none exists.
-absl::StatusOr<std::string> ReadMarker(const std::string& folder) {
-  const std::string path = folder + "/" + std::string(kStoreMarker);
-  const absl::StatusOr<std::string> text = ReadFile(path, 4096);
-  if (absl::IsNotFound(text.status())) return std::string();
-  if (!text.ok()) return text.status();
-  const size_t frame = kMarkerHead.size() + kMarkerTail.size();
-  if (text->rfind(kMarkerHead, 0) != 0 || text->size() <= frame ||
-      text->substr(text->size() - kMarkerTail.size()) != kMarkerTail) {
-    return DataLoss("{}: not the marker of a store", path);
-  }
-  return text->substr(kMarkerHead.size(), text->size() - frame);
-}
-
 // The id in the marker, made with it if need be.
 absl::StatusOr<std::string> TakeMarker(const std::string& folder, const StoreOptions& options) {
   ASSIGN_OR_RETURN(std::string id, ReadMarker(folder));
-  if (id.empty() && !options.create) {
+  if (id.empty() && options.create) {
+    ASSIGN_OR_RETURN(id, NewSecret());
+    RETURN_IF_ERROR(
+        WriteFileAtomically(folder + "/" + std::string(kStoreMarker), StoreMarkerText(id)));
+  }
+  RETURN_IF_ERROR(CheckStoreId(folder, id, options.id));
+  return id;
+}
+
+constexpr std::string_view kMarkerHead = "{\"store\": \"";
+constexpr std::string_view kMarkerTail = "\"}\n";
+
+}  // namespace
+
+std::string StoreMarkerText(std::string_view id) {
+  return fmt::format("{}{}{}", kMarkerHead, id, kMarkerTail);
+}
+
+absl::StatusOr<std::string> ParseStoreMarker(std::string_view text, std::string_view where) {
+  const size_t frame = kMarkerHead.size() + kMarkerTail.size();
+  if (!text.starts_with(kMarkerHead) || text.size() <= frame || !text.ends_with(kMarkerTail)) {
+    return DataLoss("{}: not the marker of a store", where);
+  }
+  return std::string(text.substr(kMarkerHead.size(), text.size() - frame));
+}
+
+absl::Status CheckStoreId(std::string_view store, std::string_view id, std::string_view wanted) {
+  if (id.empty()) {
     return NotFound(
         "store {}: there is no {} in it, so it is not the coordinator's store; is the shared disk "
         "mounted here? Name another place with --store, or let the coordinator take the files "
         "itself (coordinator serve --store-access stream)",
-        folder, kStoreMarker);
+        store, kStoreMarker);
   }
-  if (id.empty()) {
-    ASSIGN_OR_RETURN(id, NewSecret());
-    RETURN_IF_ERROR(WriteFileAtomically(folder + "/" + std::string(kStoreMarker),
-                                        std::string(kMarkerHead) + id + std::string(kMarkerTail)));
-  }
-  if (!options.id.empty() && id != options.id) {
-    return FailedPrecondition(
-        "store {}: it is the store {}, wanted is {}; is the right disk mounted here?", folder, id,
-        options.id);
-  }
-  return id;
+  if (wanted.empty() || id == wanted) return absl::OkStatus();
+  return FailedPrecondition(
+      "store {}: it is the store {}, wanted is {}; is the right disk mounted "
+      "here?",
+      store, id, wanted);
 }
-
-}  // namespace
 
 absl::StatusOr<std::unique_ptr<Store>> OpenLocalStore(const std::string& root,
                                                       const StoreOptions& options) {

@@ -11,6 +11,7 @@
 
 #include "common/base/hash.h"
 #include "common/base/status.h"
+#include "common/base/system/secret.h"
 #include "common/store/local_store.h"
 #include "common/store/s3_requests.h"
 #include "common/store/s3_text.h"
@@ -35,6 +36,29 @@ class S3Store final : public Store {
   explicit S3Store(const S3Options& options) : options_(options), requests_(options) {}
 
   std::string Uri() const override { return S3Uri(options_); }
+  std::string Id() const override { return id_; }
+  absl::Status CheckMarker() const override {
+    ASSIGN_OR_RETURN(const std::string id, ReadMarker());
+    return CheckStoreId(Uri(), id, id_);
+  }
+  absl::StatusOr<std::string> Owner() const override {
+    ASSIGN_OR_RETURN(const std::string text, ReadOwn(kStoreOwner));
+    return text.substr(0, text.find('\n'));
+  }
+  absl::Status SetOwner(const std::string& database_id) override {
+    return PutOwn(kStoreOwner, database_id + "\n");
+  }
+
+  // Reads the marker's id, or makes a marker. Errors: those of OpenStore.
+  absl::Status TakeMarker(const StoreOptions& options) {
+    ASSIGN_OR_RETURN(id_, ReadMarker());
+    if (id_.empty() && options.create) {
+      ASSIGN_OR_RETURN(id_, NewSecret());
+      RETURN_IF_ERROR(PutOwn(kStoreMarker, StoreMarkerText(id_)));
+    }
+    if (id_.empty() && options.id.empty()) return absl::OkStatus();  // Of an older coordinator.
+    return CheckStoreId(Uri(), id_, options.id);
+  }
 
   absl::Status Put(std::string_view path, std::string_view bytes) override {
     RETURN_IF_ERROR(CheckStorePath(path));
@@ -122,6 +146,21 @@ class S3Store final : public Store {
   }
 
  private:
+  // The store's own objects; "" without.
+  absl::StatusOr<std::string> ReadOwn(std::string_view name) const {
+    ASSIGN_OR_RETURN(HttpAnswer answer,
+                     requests_.Ask({.method = "GET"}, FolderKey() + std::string(name), {}, {404}));
+    return answer.code == 404 ? std::string() : std::move(answer.body);
+  }
+  absl::Status PutOwn(std::string_view name, const std::string& text) {
+    return PutKey(FolderKey() + std::string(name), {.bytes = text}, Sha256Hex(text));
+  }
+  absl::StatusOr<std::string> ReadMarker() const {
+    ASSIGN_OR_RETURN(const std::string text, ReadOwn(kStoreMarker));
+    if (text.empty()) return text;
+    return ParseStoreMarker(text, Uri());
+  }
+
   std::string FolderKey() const { return options_.prefix.empty() ? "" : options_.prefix + "/"; }
   std::string KeyOf(std::string_view path) const { return FolderKey() + std::string(path); }
 
@@ -191,7 +230,11 @@ class S3Store final : public Store {
         entry.path = key.substr(FolderKey().size());
         std::from_chars(size.data(), size.data() + size.size(), entry.size);
         const size_t name = entry.path.rfind('/') + 1;  // 0 without.
-        if (entry.path.compare(name, kTemporaryPrefix.size(), kTemporaryPrefix) == 0) continue;
+        if (entry.path.compare(name, kTemporaryPrefix.size(), kTemporaryPrefix) == 0 ||
+            entry.path == kStoreMarker || entry.path == kStoreOwner) {
+          continue;
+        }
+        entry.modified_unix_s = UnixSecondsOf(Element(item, "LastModified"));
         entries.push_back(std::move(entry));
       }
       const std::string next(Element(answer.body, "NextContinuationToken"));
@@ -206,6 +249,7 @@ class S3Store final : public Store {
 
   const S3Options options_;
   const S3Requests requests_;
+  std::string id_;  // Constant after TakeMarker.
 };
 
 }  // namespace
@@ -214,6 +258,9 @@ absl::StatusOr<std::unique_ptr<Store>> OpenS3Store(const S3Options& options,
                                                    const StoreOptions& store) {
   auto opened = std::make_unique<S3Store>(options);
   RETURN_IF_ERROR(WithContext(opened->Probe(store.read_only), "store"));
+  StoreOptions marker = store;
+  marker.create = store.create && !store.read_only;
+  RETURN_IF_ERROR(opened->TakeMarker(marker));
   return std::unique_ptr<Store>(std::move(opened));
 }
 

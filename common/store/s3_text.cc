@@ -2,6 +2,7 @@
 
 #include <cctype>
 #include <charconv>
+#include <ctime>
 
 namespace parallax {
 namespace {
@@ -47,6 +48,13 @@ std::string_view Element(std::string_view xml, const std::string& name) {
   const size_t end = begin == std::string_view::npos ? begin : xml.find(close, begin);
   if (end == std::string_view::npos) return "";
   return xml.substr(begin + open.size(), end - begin - open.size());
+}
+
+double UnixSecondsOf(std::string_view time) {
+  std::tm parts{};
+  const std::string text(time);
+  if (strptime(text.c_str(), "%Y-%m-%dT%H:%M:%S", &parts) == nullptr) return 0;
+  return static_cast<double>(timegm(&parts));
 }
 
 std::string EscapeXml(std::string_view text) {

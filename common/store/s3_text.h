@@ -15,6 +15,9 @@ std::string PercentDecode(std::string_view text);
 
 // Returns the text of the first <name> in `xml`, which it points into; "" without.
 std::string_view Element(std::string_view xml, const std::string& name);
+// Returns the seconds since 1970 of a time such as "2009-10-12T17:50:30.000Z", in whole seconds; 0
+// if it is none.
+double UnixSecondsOf(std::string_view time);
 // Returns the text with the characters & < > " as XML writes them.
 std::string EscapeXml(std::string_view text);
 

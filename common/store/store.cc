@@ -34,12 +34,17 @@ absl::Status CheckStorePath(std::string_view path) {
     if (part.empty()) return broken("an empty part");
     if (part == "." || part == "..") return broken("a part that is . or ..");
     if (part.size() > 255) return broken("a part longer than 255 characters");
-    if (part.substr(0, kTemporaryPrefix.size()) == kTemporaryPrefix || part == kStoreMarker) {
+    if (part.substr(0, kTemporaryPrefix.size()) == kTemporaryPrefix || part == kStoreMarker ||
+        part == kStoreOwner) {
       return broken("a name that the store keeps for itself");
     }
     if (slash == std::string_view::npos) return absl::OkStatus();
     rest.remove_prefix(slash + 1);
   }
+}
+
+absl::Status Store::SetOwner(const std::string&) {
+  return Unimplemented("a store without a marker belongs to nobody");
 }
 
 absl::Status Store::PutFile(std::string_view path, const std::string& local_path,

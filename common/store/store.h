@@ -16,6 +16,7 @@ namespace parallax {
 struct StoreEntry {
   std::string path;
   int64_t size = 0;
+  double modified_unix_s = 0;  // 0: not known.
 };
 
 // Size in bytes and hash of a file's content.
@@ -31,8 +32,16 @@ class Store {
   // Returns the URI by which OpenStore opens this store: "file:///abs/dir",
   // "s3://bucket/prefix?...".
   virtual std::string Uri() const = 0;
-  // Returns the id in the marker at the root of a folder; "" for a store without a marker.
+  // Returns the id in the marker at the root of the store; "" for a store without a marker.
   virtual std::string Id() const { return ""; }
+  // Looks whether the store is still under its name, with its id: a disk may be unmounted or
+  // swapped at any time. Errors: kNotFound if there is no marker; kFailedPrecondition for another
+  // store's; those of Put.
+  virtual absl::Status CheckMarker() const { return absl::OkStatus(); }
+  // Return and set the id of the database that the store belongs to; "" if it belongs to none.
+  // Errors: those of Get and Put; kUnimplemented for a store without a marker.
+  virtual absl::StatusOr<std::string> Owner() const { return std::string(); }
+  virtual absl::Status SetOwner(const std::string& database_id);
   // Writes a file, whole or not at all. When it returns OK, data and directory entries are durable.
   // Errors of all methods: kInvalidArgument for a path that CheckStorePath refuses; kNotFound for a
   // missing file; kPermissionDenied, kResourceExhausted and kUnavailable from the disk or service.
@@ -62,7 +71,7 @@ class Store {
 
 // Checks a path in a store. Errors: kInvalidArgument unless it is relative and normal, without
 // "..", empty parts, NUL or backslash, and without the store's own names (".tmp-...",
-// ".parallax-store").
+// ".parallax-store", ".parallax-owner").
 absl::Status CheckStorePath(std::string_view path);
 
 // How a store is opened.

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "common/base/edit_distance.h"
 #include "common/base/version.h"
 #include "coordinator/client/command.h"
 #include "coordinator/client/commands/catalogue_command.h"
@@ -13,7 +14,6 @@
 #include "coordinator/client/commands/farm_command.h"
 #include "coordinator/client/views/help_formatter.h"
 #include "coordinator/client/views/text.h"
-#include "coordinator/nearest_name.h"
 #include "worker/materials/pictures/user_picture.h"
 
 namespace parallax::client {
@@ -61,6 +61,34 @@ std::string CommandNames(const CLI::App* app) {
   return text;
 }
 
+std::vector<std::string> OptionsOf(const CLI::App* app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app->get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+// Finds the argument that a command does not take, and changes message and hint: CLI11 names all
+// that it did not use, from the last to the first.
+void ExplainExtras(const CLI::App* command, const std::vector<std::string>& arguments,
+                   std::string& message, std::string& hint) {
+  const std::string name = "`" + NameWithParents(command) + "`";
+  const std::vector<std::string> known = OptionsOf(command);
+  for (const std::string& argument : arguments) {
+    const std::string option = argument.substr(0, argument.find('='));
+    if (!option.starts_with("--") || option == "--") continue;
+    if (std::find(known.begin(), known.end(), option) != known.end()) continue;
+    message = name + " has no option " + option;
+    if (const std::string near = NearestName(option, known); !near.empty()) {
+      hint = "did you mean " + near + "?";
+    }
+    return;
+  }
+  const std::vector<std::string> rest = command->remaining();
+  if (!rest.empty()) message = name + " takes no more arguments: " + rest[0];
+}
+
 int ReportUsage(const CLI::ParseError& error, const CLI::App& app, const Session& session,
                 const std::vector<std::string>& arguments) {
   const CLI::App* command = DeepestParsed(&app);
@@ -74,10 +102,13 @@ int ReportUsage(const CLI::ParseError& error, const CLI::App& app, const Session
     });
     if (typed != arguments.end()) {
       message = "there is no command '" + *typed + "'";
-      if (const std::string near = NearestOf(CommandsOf(command), *typed); !near.empty()) {
+      if (const std::string near = NearestName(*typed, CommandsOf(command)); !near.empty()) {
         hint = "did you mean `" + NameWithParents(command) + " " + near + "`?";
       }
     }
+  }
+  if (!wants_command && dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+    ExplainExtras(command, arguments, message, hint);
   }
   if (wants_command && message == "A subcommand is required") {
     message =

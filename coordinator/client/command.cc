@@ -10,6 +10,16 @@ absl::StatusOr<std::unique_ptr<Connection>> Session::Connect() const {
   return Connection::Open(options.coordinator, security);
 }
 
+absl::StatusOr<std::unique_ptr<Connection>> Session::ConnectInPlaceOf(
+    const std::string& what) const {
+  if (what.find('/') != std::string::npos) return NotFound("{}: no such folder", what);
+  absl::StatusOr<std::unique_ptr<Connection>> connection = Connect();
+  if (connection.ok()) return connection;
+  return MakeError(
+      connection.status().code(),
+      what + ": no such folder here, and " + std::string(ToStd(connection.status().message())));
+}
+
 void Session::PrintJson(const nlohmann::ordered_json& json, bool one_line) const {
   // Text from outside may not be UTF-8: shown with a replacement character rather than not at all.
   *out().stream << json.dump(one_line ? -1 : 2, ' ', false,

@@ -33,6 +33,9 @@ struct Session {
   // Connects to the coordinator of the options. Errors: those of MakeRpcSecurity and
   // Connection::Open.
   absl::StatusOr<std::unique_ptr<Connection>> Connect() const;
+  // Connects to look for a study named `what`, because there is no such folder. Errors: kNotFound
+  // for a path; those of Connect, which say so.
+  absl::StatusOr<std::unique_ptr<Connection>> ConnectInPlaceOf(const std::string& what) const;
   // Writes a JSON document to standard output, indented unless `one_line`.
   void PrintJson(const nlohmann::ordered_json& json, bool one_line = false) const;
   // Write "error: ..." or "note: ..." to standard error.

@@ -243,6 +243,12 @@ absl::StatusOr<v1::ListUsersReply> Connection::ListUsers() {
   return Call<v1::ListUsersRequest, v1::ListUsersReply>(&v1::Coordinator::Stub::ListUsers, {});
 }
 
+absl::StatusOr<std::string> Connection::OpenPage() {
+  ASSIGN_OR_RETURN(v1::OpenPageReply reply, (Call<v1::OpenPageRequest, v1::OpenPageReply>(
+                                                &v1::Coordinator::Stub::OpenPage, {})));
+  return std::move(*reply.mutable_url());
+}
+
 absl::StatusOr<v1::ListWorkersReply> Connection::ListWorkers() {
   return Call<v1::ListWorkersRequest, v1::ListWorkersReply>(&v1::Coordinator::Stub::ListWorkers,
                                                             {});

@@ -53,6 +53,9 @@ class Connection {
   // Lists at most request.limit() jobs; 0: 1,000. Errors: those of every RPC.
   absl::StatusOr<v1::ListJobsReply> ListJobs(v1::ListJobsRequest request);
   absl::StatusOr<v1::ListWorkersReply> ListWorkers();
+  // Returns a link to the web page that opens one session with the caller's rights. Errors:
+  // kFailedPrecondition if the coordinator serves no page; those of every RPC.
+  absl::StatusOr<std::string> OpenPage();
   absl::StatusOr<v1::ListFramesReply> ListFrames(int64_t study_id, int64_t cursor, int limit);
   absl::StatusOr<v1::ListResultsReply> ListResults(int64_t study_id, int64_t cursor, int limit);
   absl::StatusOr<v1::GetSceneReply> GetScene(int64_t study_id, const std::string& variant,

@@ -101,7 +101,7 @@ absl::StatusOr<v1::Scene> LoadScene(const std::vector<std::string>& source,
   ASSIGN_OR_RETURN(const uint32_t number, ParseNumber(source[2]));
   std::error_code error;
   if (fs::is_directory(source[0], error)) return ReadArchivedScene(source[0], source[1], number);
-  ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  ASSIGN_OR_RETURN(const auto connection, session.ConnectInPlaceOf(source[0]));
   const absl::StatusOr<v1::StudyStatus> found = connection->FindStudy(source[0]);
   if (!found.ok()) {
     return MakeError(found.status().code(), source[0] + ": no such folder here, and " +

@@ -1,6 +1,7 @@
 // The routes of /api/v1, through which the web page reads and changes the queue. Thread-safe.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct ApiParts {
   // Name of the session's cookie, and whether it is sent over HTTPS only.
   std::string cookie;
   bool secure_cookie = false;
+  std::function<absl::StatusOr<std::string>(int64_t study)> table;  // See HttpServerOptions.
 };
 
 // Returns all routes, health and metrics too. `parts` must outlive them.

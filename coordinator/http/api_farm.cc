@@ -73,9 +73,12 @@ Reply Metrics(ApiParts& parts, const WebRequest&) {
   return reply;
 }
 
-// Healthy: the database answers. Strangers learn no more than that.
+// Healthy: the database answers, the store is there, and gRPC answers at its own addresses. Strangers
+// learn no more than that.
 Reply Health(ApiParts& parts, const WebRequest& request) {
-  const absl::Status status = parts.queue.ListStudies(1).status();
+  absl::Status status = parts.queue.ListStudies(1).status();
+  if (status.ok()) status = parts.server.StoreStatus();
+  if (status.ok()) status = parts.server.CheckAnswers();
   Json body = {{"status", status.ok() ? "ok" : "failing"}};
   if (!request.caller.actor.empty()) {
     body["version"] = kProgramVersion;

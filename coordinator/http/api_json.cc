@@ -41,6 +41,18 @@ Json JobCountsJson(const v1::VariantStatus& variant) {
   return counts;
 }
 
+// READY jobs with the reason for which they do not run.
+Json WaitingJson(const v1::StudyStatus& study) {
+  Json waiting = Json::array();
+  for (const v1::WaitingJobs& jobs : study.waiting()) {
+    waiting.push_back({{"kind", jobs.kind()},
+                       {"jobs", jobs.jobs()},
+                       {"reason", jobs.reason()},
+                       {"text", jobs.text()}});
+  }
+  return waiting;
+}
+
 Json FiguresJson(const google::protobuf::Map<std::string, double>& figures) {
   Json json = Json::object();
   for (const auto& [name, value] : figures) json[name] = value;
@@ -80,6 +92,7 @@ Json FarmJson(const StatusSnapshot& snapshot) {
   return {{"version", snapshot.version},
           {"epoch", snapshot.epoch},
           {"store", snapshot.store_uri},
+          {"store_problem", snapshot.server.store_problem},
           {"uptime_s", snapshot.uptime_s},
           {"now_unix_s", snapshot.now_unix_s},
           {"pairs_per_hour", snapshot.pairs_per_hour},
@@ -142,6 +155,7 @@ Json StudyLineJson(const v1::StudyStatus& study, double eta_s) {
           {"max_running", study.max_running()},
           {"at_limit", study.at_limit()},
           {"held_jobs", study.held_jobs()},
+          {"waiting", WaitingJson(study)},
           {"problems", JobsInState(study, "FAILED") + JobsInState(study, "QUARANTINED")},
           {"submitted_unix_s", study.submitted_unix_s()},
           {"finished_unix_s", OrNull(study.finished_unix_s())},
@@ -212,7 +226,9 @@ Json JobLineJson(const v1::JobStatus& job) {
           {"fraction", job.fraction()},
           {"stage", job.stage()},
           {"figures", FiguresJson(job.figures())},
-          {"error", job.error()}};
+          {"error", job.error()},
+          {"waits_reason", job.waits_reason()},
+          {"waits_text", job.waits_text()}};
 }
 
 Json JobJson(const JobDetail& job) {
@@ -237,6 +253,10 @@ Json JobJson(const JobDetail& job) {
                                      {"error", attempt.error},
                                      {"unix_s", attempt.unix_s},
                                      {"has_log", !attempt.log_tail.empty()}});
+  }
+  json["files"] = Json::array();
+  for (const v1::FileEntry& file : job.result_files) {
+    json["files"].push_back({{"name", file.name()}, {"size", file.size()}});
   }
   std::map<std::string, double> stages;
   json["pairs"] = Json::array();

@@ -75,6 +75,19 @@ Reply Map(ApiParts& parts, const WebRequest& request) {
   return Kept(request, pair, "application/octet-stream", [&] { return parts.pictures.Map(*path); });
 }
 
+Reply Normals(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const PublishedPair pair, PairOf(parts, request));
+  ASSIGN_OR_RETURN(const std::string path, FileOf(pair, "normals_" + request.parts[1] + ".exr"));
+  return Kept(request, pair, "image/jpeg", [&] { return parts.pictures.Normals(path); });
+}
+
+// One of the pair's files as it is.
+Reply PairFile(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const PublishedPair pair, PairOf(parts, request));
+  ASSIGN_OR_RETURN(const std::string path, FileOf(pair, request.parts[1]));
+  return Kept(request, pair, "application/octet-stream", [&] { return parts.pictures.File(path); });
+}
+
 // frame.json as the worker wrote it.
 Reply Frame(ApiParts& parts, const WebRequest& request) {
   ASSIGN_OR_RETURN(const PublishedPair pair, PairOf(parts, request));
@@ -114,8 +127,11 @@ void AddPairRoutes(ApiParts& parts, std::vector<WebRoute>& routes) {
   add("/api/v1/pairs/(\\d+)", "/api/v1/pairs/1", "ListFrames", Pair);
   add("/api/v1/pairs/(\\d+)/picture/(left|right)", "/api/v1/pairs/1/picture/left", "ListFrames",
       Picture);
-  add("/api/v1/pairs/(\\d+)/map/([a-z]+_(?:left|right))", "/api/v1/pairs/1/map/disparity_left",
-      "ListFrames", Map);
+  add("/api/v1/pairs/(\\d+)/map/([a-z_]+[0-9]?_(?:left|right))",
+      "/api/v1/pairs/1/map/disparity_left", "ListFrames", Map);
+  add("/api/v1/pairs/(\\d+)/normals/(left|right)", "/api/v1/pairs/1/normals/left", "ListFrames",
+      Normals);
+  add("/api/v1/pairs/(\\d+)/file/([^/]+)", "/api/v1/pairs/1/file/left.png", "ListFrames", PairFile);
   add("/api/v1/pairs/(\\d+)/frame", "/api/v1/pairs/1/frame", "ListFrames", Frame);
   add("/api/v1/pairs/(\\d+)/recipe", "/api/v1/pairs/1/recipe", "GetScene", Recipe);
 }

@@ -10,7 +10,9 @@
 #include "coordinator/http/api_json.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/access.h"
+#include "coordinator/rpc/coordinator_server.h"
 #include "coordinator/rpc/workers/steering.h"
+#include "coordinator/rpc/workers/wait_reasons.h"
 
 namespace parallax {
 namespace {
@@ -20,11 +22,13 @@ using StudyCall = absl::Status (JobQueue::*)(StudyId, std::string_view, std::str
 
 constexpr int kMostStudies = 200;
 constexpr int kMostJobs = 1000;
+constexpr int kMostResults = 1000;
 
 Reply Studies(ApiParts& parts, const WebRequest& request) {
   ASSIGN_OR_RETURN(const int64_t limit, NumberIn(request, "limit", 50, 1, kMostStudies));
   ASSIGN_OR_RETURN(const int64_t before, NumberIn(request, "before", 0, 0, INT64_MAX));
-  ASSIGN_OR_RETURN(const auto studies, parts.queue.ListStudies(static_cast<int>(limit), before));
+  ASSIGN_OR_RETURN(auto studies, parts.queue.ListStudies(static_cast<int>(limit), before));
+  for (v1::StudyStatus& study : studies) parts.server.waits().AddTo(study);
   Json json = {{"studies", Json::array()}};
   for (const v1::StudyStatus& study : studies) json["studies"].push_back(StudyLineJson(study, -1));
   return JsonReply(JsonText(json));
@@ -53,7 +57,8 @@ Json ActionsFor(ApiParts& parts, const WebCaller& caller, const v1::StudyStatus&
 }
 
 Reply StudyReply(ApiParts& parts, const WebCaller& caller, int64_t id) {
-  ASSIGN_OR_RETURN(const v1::StudyStatus study, parts.queue.GetStudy(StudyId{id}));
+  ASSIGN_OR_RETURN(v1::StudyStatus study, parts.queue.GetStudy(StudyId{id}));
+  parts.server.waits().AddTo(study);
   ASSIGN_OR_RETURN(const auto causes, parts.reader.Problems(id));
   ASSIGN_OR_RETURN(const auto snapshot, parts.sampler.Take());
   const auto eta = snapshot->eta_s.find(id);
@@ -96,6 +101,38 @@ Reply Scores(ApiParts& parts, const WebRequest& request) {
   return JsonReply(JsonText(ScoresJson(scores)));
 }
 
+// Results with files, other than pairs: trained networks and scores.
+Reply Results(ApiParts& parts, const WebRequest& request) {
+  v1::ListResultsRequest asked;
+  ASSIGN_OR_RETURN(const int64_t id, KnownStudy(parts, request));
+  ASSIGN_OR_RETURN(const int64_t after, NumberIn(request, "after", 0, 0, INT64_MAX));
+  asked.set_study_id(id);
+  asked.set_cursor(after);
+  asked.set_limit(kMostResults);
+  ASSIGN_OR_RETURN(const auto results, parts.queue.ListResults(asked));
+  const bool more = results.size() == static_cast<size_t>(kMostResults);
+  Json json = {{"results", Json::array()},
+               {"next", more ? Json(results.back().cursor()) : Json(nullptr)}};
+  for (const v1::JobResult& result : results) {
+    Json files = Json::array();
+    for (const v1::FileEntry& file : result.files()) files.push_back(file.name());
+    json["results"].push_back({{"job", result.job_id()},
+                               {"kind", result.kind()},
+                               {"variant", result.variant()},
+                               {"label", result.label()},
+                               {"files", std::move(files)}});
+  }
+  return JsonReply(JsonText(json));
+}
+
+// The table of results with intervals and verdicts, as `parallax table` prints it.
+Reply Table(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const int64_t id, KnownStudy(parts, request));
+  if (parts.table == nullptr) return NotFound("this coordinator makes no tables");
+  ASSIGN_OR_RETURN(const std::string json, parts.table(id));
+  return JsonReply(json);
+}
+
 // Where a page of jobs ends, "STATE:ID", and how the next one is asked for.
 std::string EndOfPage(const v1::JobStatus& last) {
   return fmt::format("{}:{}", last.state(), last.job_id());
@@ -125,7 +162,8 @@ Reply Jobs(ApiParts& parts, const WebRequest& request) {
   if (const auto after = request.query.find("after"); after != request.query.end()) {
     RETURN_IF_ERROR(GoOnBehind(after->second, asked));
   }
-  ASSIGN_OR_RETURN(const auto jobs, parts.queue.ListJobs(asked));
+  ASSIGN_OR_RETURN(auto jobs, parts.queue.ListJobs(asked));
+  RETURN_IF_ERROR(parts.server.waits().AddTo(jobs, id));
   const bool more = static_cast<int64_t>(jobs.size()) == limit;
   Json json = {{"jobs", Json::array()},
                {"limit", limit},
@@ -189,6 +227,8 @@ void AddStudyRoutes(ApiParts& parts, std::vector<WebRoute>& routes) {
   add("GET", "/api/v1/studies/(\\d+)", "/api/v1/studies/1", "GetStudy", Study);
   add("GET", "/api/v1/studies/(\\d+)/pairs", "/api/v1/studies/1/pairs", "ListFrames", Pairs);
   add("GET", "/api/v1/studies/(\\d+)/scores", "/api/v1/studies/1/scores", "ListResults", Scores);
+  add("GET", "/api/v1/studies/(\\d+)/results", "/api/v1/studies/1/results", "ListResults", Results);
+  add("GET", "/api/v1/studies/(\\d+)/table", "/api/v1/studies/1/table", "ListResults", Table);
   add("GET", "/api/v1/studies/(\\d+)/jobs", "/api/v1/studies/1/jobs", "ListJobs", Jobs);
   steer("/api/v1/studies/(\\d+)/pause", "/api/v1/studies/1/pause", "Pause", &JobQueue::Pause);
   steer("/api/v1/studies/(\\d+)/resume", "/api/v1/studies/1/resume", "Resume", &JobQueue::Resume);

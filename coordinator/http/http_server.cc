@@ -1,54 +1,39 @@
 #include "coordinator/http/http_server.h"
 
 #include <fmt/core.h>
-#include <httplib.h>
 
 #include <algorithm>
 #include <atomic>
-#include <condition_variable>
-#include <mutex>
-#include <thread>
+#include <regex>
 
 #include "common/base/hash.h"
-#include "common/base/seconds.h"
+#include "common/base/names.h"
 #include "common/base/system/file.h"
 #include "common/base/system/secret.h"
 #include "common/rpc/revocation.h"
 #include "coordinator/http/api.h"
 #include "coordinator/http/api_json.h"
-#include "coordinator/http/credentials.h"
 #include "coordinator/http/page_files.h"
-#include "coordinator/http/peer.h"
+#include "coordinator/http/server/credentials.h"
+#include "coordinator/http/server/peer.h"
+#include "coordinator/http/server/web_server.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/workers/steering.h"
 
 namespace parallax {
 namespace {
 
-using httplib::Request;
-using httplib::Response;
-using Handled = httplib::Server::HandlerResponse;
-
-// A browser keeps up to six connections, and each holds a thread for as long as it lasts.
-constexpr int kThreads = 64;
 constexpr int kMostStreams = 32;
-constexpr int kKeepAlive_s = 3;
 constexpr size_t kShortestToken = 16;
 constexpr double kCodeValid_s = 86400;
 // Streams of events look this often whether something is new, and say so much later that they live.
 constexpr double kEventEvery_s = 2;
 constexpr double kBeatEvery_s = 15;
-constexpr char kCsrfHeader[] = "X-Parallax-Csrf";
+constexpr char kCsrfHeader[] = "x-parallax-csrf";  // In lower case, as ServerRequest has it.
+constexpr std::string_view kHealthPath = "/healthz";
 constexpr char kPolicy[] =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-
-// Like httplib's own, but without SO_REUSEPORT, which lets two coordinators share a port in
-// silence.
-void SetSocketOptions(int socket) {
-  const int yes = 1;
-  setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-}
 
 class HttpServerImpl final : public HttpServer {
  public:
@@ -69,7 +54,7 @@ class HttpServerImpl final : public HttpServer {
     }
     RETURN_IF_ERROR(CheckRpcSecurity(address_, options_.security));
     if (!address_.is_local() && options_.security.tls != nullptr) RETURN_IF_ERROR(UseTls());
-    if (is_tls_) {
+    if (options_.security.tls != nullptr) {
       const std::string list = options_.revoked.empty()
                                    ? options_.security.tls->dir + "/" + kRevokedFile
                                    : options_.revoked;
@@ -77,25 +62,14 @@ class HttpServerImpl final : public HttpServer {
     }
     ASSIGN_OR_RETURN(csrf_secret_, NewSecret());
     ASSIGN_OR_RETURN(reader_, PageReader::Open(options_.db_path, queue_.kinds()));
-    http_->set_socket_options(SetSocketOptions);
-    http_->set_payload_max_length(8192);
-    http_->set_read_timeout(5, 0);
-    http_->set_write_timeout(5, 0);
-    http_->set_keep_alive_timeout(kKeepAlive_s);
-    http_->set_keep_alive_max_count(1000);
-    http_->new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
-    errno = 0;
-    if (address_.port == 0) {
-      address_.port = http_->bind_to_any_port(address_.host);
-      if (address_.port <= 0) return BindError();
-    } else if (!http_->bind_to_port(address_.host, address_.port)) {
-      return BindError();
-    }
-    Route();
-    serving_ = std::thread([this] {
-      http_->listen_after_bind();
-      serving_ended_ = true;
-    });
+    ASSIGN_OR_RETURN(http_, WebServer::Bind(ServerOptions()));
+    address_ = http_->address();
+    parts_.emplace(ApiParts{queue_, server_, sampler_, *reader_, pictures_, sessions_, token_,
+                            fmt::format("parallax_{}", address_.port), is_tls_, options_.table});
+    routes_ = ApiRoutes(*parts_);
+    for (const WebRoute& route : routes_) patterns_.emplace_back(route.pattern);
+    http_->Start([this](const ServerRequest& request) { return Answer(request); },
+                 [](std::string_view path) { return path == kHealthPath; });
     sampler_.Start();
     return absl::OkStatus();
   }
@@ -104,23 +78,13 @@ class HttpServerImpl final : public HttpServer {
   std::string url() const override {
     return (is_tls_ ? "https://" : "http://") + address_.ToString() + "/";
   }
-  absl::StatusOr<std::string> link_url() override {
-    ASSIGN_OR_RETURN(const std::string code, sessions_.NewCode(RpcCaller(), kCodeValid_s));
+  absl::StatusOr<std::string> link_url(const RpcCaller& caller) override {
+    ASSIGN_OR_RETURN(const std::string code, sessions_.NewCode(caller, kCodeValid_s));
     return url() + "#code=" + code;
   }
 
   void Stop() override {
-    {
-      std::lock_guard lock(mu_);
-      stopping_ = true;
-    }
-    stop_.notify_all();
-    if (serving_.joinable()) {
-      // stop() is only heard by a server that already listens.
-      while (!http_->is_running() && !serving_ended_) std::this_thread::yield();
-      http_->stop();
-      serving_.join();
-    }
+    if (http_ != nullptr) http_->Stop();
     sampler_.Stop();
   }
 
@@ -138,22 +102,24 @@ class HttpServerImpl final : public HttpServer {
     if (token_.size() < kShortestToken) {
       return FailedPrecondition("{}/http.token: shorter than {} characters", dir, kShortestToken);
     }
-    auto server = std::make_unique<httplib::SSLServer>(
-        [&dir](SSL_CTX& context) { return SetUpTls(dir, context); });
-    if (!server->is_valid()) {
-      return FailedPrecondition("{}: tls.crt and tls.key can't be used for HTTPS", dir);
-    }
-    http_ = std::move(server);
     is_tls_ = true;
     return absl::OkStatus();
   }
 
-  absl::Status BindError() const {
-    const int error = errno;
-    const std::string what = "cannot listen on http " + options_.listen;
-    if (error == EADDRINUSE) return AlreadyExists("{}: address already in use", what);
-    if (error == 0) return NotFound("{}: no such address on this machine", what);
-    return ErrnoError(error, what);
+  WebServerOptions ServerOptions() const {
+    WebServerOptions options;
+    options.listen = address_;
+    options.limits.connections = options_.limits;
+    if (is_tls_) {
+      options.tls = [dir = options_.security.tls->dir](ssl_ctx_st& context) {
+        return SetUpTls(dir, context);
+      };
+    }
+    options.headers = {{"X-Content-Type-Options", "nosniff"},
+                       {"Referrer-Policy", "no-referrer"},
+                       {"Cross-Origin-Resource-Policy", "same-origin"},
+                       {"Content-Security-Policy", kPolicy}};
+    return options;
   }
 
   // ---- Who asks
@@ -161,17 +127,16 @@ class HttpServerImpl final : public HttpServer {
   // certificates, look.
   bool IsOpen() const { return token_.empty() && !options_.by_link_only; }
 
-  std::optional<WebCaller> Identify(const Request& request) {
+  std::optional<WebCaller> Identify(const ServerRequest& request) {
     WebCaller caller;
-    const std::string from = (is_tls_ ? "https:" : "http:") + request.remote_addr;
-    const std::string session = CookieIn(request.get_header_value("Cookie"), parts_->cookie);
-    if (const auto certified = CallerOf(request.ssl)) {
+    const std::string from = (is_tls_ ? "https:" : "http:") + request.from;
+    const std::string session = CookieIn(request.Header("cookie"), parts_->cookie);
+    if (const auto certified = CallerOf(request.tls)) {
       caller.rpc = *certified;
     } else if (const auto known = sessions_.Find(session)) {
       caller.rpc = *known;
       caller.session = session;
-    } else if (!token_.empty() &&
-               SameSecret(TokenIn(request.get_header_value("Authorization")), token_)) {
+    } else if (!token_.empty() && SameSecret(TokenIn(request.Header("authorization")), token_)) {
       caller.rpc = TokenCaller();
     } else if (!IsOpen()) {
       return std::nullopt;
@@ -184,131 +149,130 @@ class HttpServerImpl final : public HttpServer {
     return caller;
   }
 
+  // Errors: kPermissionDenied for a name that isn't this server's: another site's page may have
+  // brought a browser here by it (DNS rebinding). Nobody can do that with an address, nor, over
+  // TLS, with a name that the certificate has.
+  absl::Status CheckHost(const ServerRequest& request) const {
+    const std::string header = request.Header("host");
+    const std::optional<std::string> host = HostIn(header);
+    if (!host) return PermissionDenied("the header Host is no HOST or HOST:PORT");
+    if (is_tls_) {
+      if (IsIpAddress(*host) || IsNameOf(options_.security.tls->own.certificate_pem, *host)) {
+        return absl::OkStatus();
+      }
+      return PermissionDenied(
+          "this port is for its address and the names in its certificate (`coordinator init DIR "
+          "--renew server --host NAME` adds one)");
+    }
+    if (address_.is_local()) {
+      if (IsLoopbackHost(*host)) return absl::OkStatus();
+      return PermissionDenied("this port is for names of this machine only");
+    }
+    if (IsIpAddress(*host) || IsOwnName(*host) || *host == address_.host) return absl::OkStatus();
+    return PermissionDenied(
+        "without TLS, this port is for its address, this machine's name and names without a dot");
+  }
+
   // Errors: kPermissionDenied for a request that another site's page may have caused.
-  absl::Status CheckOrigin(const WebRoute& route, const Request& request,
+  absl::Status CheckOrigin(const WebRoute& route, const ServerRequest& request,
                            const std::optional<WebCaller>& caller) const {
     if (std::string_view(route.method) != "POST") return absl::OkStatus();
-    const std::string site = request.get_header_value("Sec-Fetch-Site");
+    const std::string site = request.Header("sec-fetch-site");
     if (!site.empty() && site != "same-origin") {
       return PermissionDenied("a page of another site may change nothing here");
     }
     if (route.access == WebAccess::kAnybody) return absl::OkStatus();
-    if (SameSecret(request.get_header_value(kCsrfHeader), caller->csrf)) return absl::OkStatus();
-    return PermissionDenied("the header {} must say what /api/v1/me calls csrf", kCsrfHeader);
+    if (SameSecret(request.Header(kCsrfHeader), caller->csrf)) return absl::OkStatus();
+    return PermissionDenied("the header X-Parallax-Csrf must say what /api/v1/me calls csrf");
   }
 
   // ---- Routes
-  void Route() {
-    parts_.emplace(ApiParts{queue_, server_, sampler_, *reader_, pictures_, sessions_, token_,
-                            fmt::format("parallax_{}", address_.port), is_tls_});
-    routes_ = ApiRoutes(*parts_);
-    http_->set_default_headers({{"X-Content-Type-Options", "nosniff"},
-                                {"Referrer-Policy", "no-referrer"},
-                                {"Cross-Origin-Resource-Policy", "same-origin"},
-                                {"Content-Security-Policy", kPolicy}});
-    http_->set_pre_routing_handler(
-        [this](const Request& request, Response& response) { return Gate(request, response); });
-    for (const PageFile& file : PageFiles()) {
-      http_->Get(std::string(file.path), [&file](const Request& request, Response& response) {
-        response.set_header("Cache-Control", "no-cache");
-        response.set_header("ETag", std::string(file.etag));
-        if (request.get_header_value("If-None-Match") == file.etag) {
-          response.status = 304;
-          return;
-        }
-        response.set_content(file.bytes.data(), file.bytes.size(), std::string(file.type));
-      });
+  // Strangers come no further than to what is open to anybody, also on paths that are no route.
+  ServerReply Answer(const ServerRequest& request) {
+    if (const absl::Status status = CheckHost(request); !status.ok()) {
+      return ErrorFor(status, request);
     }
-    for (const WebRoute& route : routes_) {
-      const auto handler = [this, &route](const Request& request, Response& response) {
-        Serve(route, request, response);
-      };
-      if (std::string_view(route.method) == "POST") {
-        http_->Post(route.pattern, handler);
-      } else {
-        http_->Get(route.pattern, handler);
+    if (const auto file = FileFor(request)) return *file;
+    const std::optional<WebCaller> caller = Identify(request);
+    std::smatch match;
+    for (size_t i = 0; i < routes_.size(); ++i) {
+      if (request.method == routes_[i].method &&
+          std::regex_match(request.path, match, patterns_[i])) {
+        return Serve(routes_[i], match, request, caller);
       }
     }
+    absl::Status status =
+        CheckWebAccess({.access = WebAccess::kKnown}, caller ? &*caller : nullptr);
+    if (status.ok()) status = NotFound("there is no {}", Quoted(request.path));
+    return ErrorFor(status, request);
   }
 
-  // Strangers come no further than to what is open to anybody, also on paths that are no route.
-  Handled Gate(const Request& request, Response& response) {
-    if (!is_tls_ && address_.is_local() && !IsLoopbackHost(request.get_header_value("Host"))) {
-      Send(ErrorReply(PermissionDenied("this port is for names of this machine only")), response);
-      return Handled::Handled;
+  static std::optional<ServerReply> FileFor(const ServerRequest& request) {
+    const auto file = std::find_if(PageFiles().begin(), PageFiles().end(),
+                                   [&](const PageFile& one) { return one.path == request.path; });
+    if (file == PageFiles().end() || request.method != "GET") return std::nullopt;
+    ServerReply reply;
+    reply.reply.type = std::string(file->type);
+    reply.reply.headers = {{"Cache-Control", "no-cache"}, {"ETag", std::string(file->etag)}};
+    if (request.Header("if-none-match") == file->etag) {
+      reply.reply.status = 304;
+    } else {
+      reply.reply.body = std::string(file->bytes);
     }
-    const bool open =
-        std::any_of(PageFiles().begin(), PageFiles().end(),
-                    [&](const PageFile& file) { return file.path == request.path; }) ||
-        std::any_of(routes_.begin(), routes_.end(), [&](const WebRoute& route) {
-          return route.access == WebAccess::kAnybody && route.example == request.path;
-        });
-    if (open || Identify(request)) return Handled::Unhandled;
-    SendError(CheckWebAccess({.access = WebAccess::kKnown}, nullptr), request, response);
-    return Handled::Handled;
+    return reply;
   }
 
-  void Serve(const WebRoute& route, const Request& request, Response& response) {
-    const std::optional<WebCaller> caller = Identify(request);
+  ServerReply Serve(const WebRoute& route, const std::smatch& match, const ServerRequest& request,
+                    const std::optional<WebCaller>& caller) {
     absl::Status status = CheckWebAccess(route, caller ? &*caller : nullptr);
     if (status.ok()) status = CheckOrigin(route, request, caller);
-    if (!status.ok()) return SendError(status, request, response);
-    if (route.events) return Stream(caller->session, response);
-    WebRequest asked;
-    for (size_t i = 1; i < request.matches.size(); ++i) asked.parts.push_back(request.matches[i]);
-    for (const auto& [name, value] : request.params) asked.query[name] = value;
-    asked.body = request.body;
-    asked.if_none_match = request.get_header_value("If-None-Match");
-    if (caller) asked.caller = *caller;
-    const absl::StatusOr<WebReply> reply = route.handler(asked);
-    if (!reply.ok()) return SendError(reply.status(), request, response);
-    Send(*reply, response);
-  }
-
-  static void Send(const WebReply& reply, Response& response) {
-    response.status = reply.status;
-    bool cached = false;
-    for (const auto& [name, value] : reply.headers) {
-      response.set_header(name, value);
-      cached |= name == "Cache-Control";
+    // Who asks for health keeps no place from others, and needs none.
+    if (status.ok() && caller && route.access != WebAccess::kAnybody && !request.know()) {
+      status = Unavailable("too many are connected; try again");
     }
-    if (!cached) response.set_header("Cache-Control", "no-store");
-    response.set_content(reply.body, reply.type);
+    if (!status.ok()) return ErrorFor(status, request);
+    if (route.events) return Events(caller->session, request);
+    WebRequest asked;
+    for (size_t i = 1; i < match.size(); ++i) asked.parts.push_back(match[i]);
+    asked.query = request.query;
+    asked.body = request.body;
+    asked.if_none_match = request.Header("if-none-match");
+    if (caller) asked.caller = *caller;
+    absl::StatusOr<WebReply> reply = route.handler(asked);
+    if (!reply.ok()) return ErrorFor(reply.status(), request);
+    return {.reply = *std::move(reply)};
   }
 
   // Programs that scrape know passwords; the page asks for itself.
-  static void SendError(const absl::Status& status, const Request& request, Response& response) {
+  static ServerReply ErrorFor(const absl::Status& status, const ServerRequest& request) {
+    ServerReply reply{.reply = ErrorReply(status)};
     if (absl::IsUnauthenticated(status) && request.path.rfind("/api/", 0) != 0) {
-      response.set_header("WWW-Authenticate", "Basic realm=\"parallax: any name, the token\"");
+      reply.reply.headers.emplace_back("WWW-Authenticate",
+                                       "Basic realm=\"parallax: any name, the token\"");
     }
-    Send(ErrorReply(status), response);
+    return reply;
   }
 
   // ---- Events
   // "farm" with what /api/v1/farm says, whenever it says something else; ends with the session.
-  void Stream(const std::string& session, Response& response) {
+  ServerReply Events(const std::string& session, const ServerRequest& request) {
+    // The stream's place, for as long as somebody has a copy.
+    const std::shared_ptr<void> place(nullptr, [this](void*) { streams_.fetch_sub(1); });
     if (streams_.fetch_add(1) >= kMostStreams) {
-      streams_.fetch_sub(1);
-      return Send(ErrorReply(Unavailable("too many watch already; ask now and then")), response);
+      return ErrorFor(Unavailable("too many watch already; ask now and then"), request);
     }
-    response.set_header("Cache-Control", "no-store");
     struct State {
       std::string last;
       double silent_s = 0;
     };
-    response.set_chunked_content_provider(
-        "text/event-stream",
-        [this, session, state = std::make_shared<State>()](size_t, httplib::DataSink& sink) {
-          const bool is_first = state->last.empty();
-          if ((!is_first && WaitForStop(kEventEvery_s)) || IsStopping() ||
-              (!session.empty() && !sessions_.Find(session))) {
-            sink.done();
-            return true;
-          }
-          const std::string text = EventText(state->last, state->silent_s);
-          return text.empty() || sink.write(text.data(), text.size());
-        },
-        [this](bool) { streams_.fetch_sub(1); });
+    ServerReply reply;
+    reply.every_s = kEventEvery_s;
+    reply.events = [this, session, place,
+                    state = std::make_shared<State>()]() -> std::optional<std::string> {
+      if (!session.empty() && !sessions_.Find(session)) return std::nullopt;
+      return EventText(state->last, state->silent_s);
+    };
+    return reply;
   }
 
   std::string EventText(std::string& last, double& silent_s) {
@@ -331,16 +295,6 @@ class HttpServerImpl final : public HttpServer {
     return ": still here\n\n";
   }
 
-  bool IsStopping() {
-    std::lock_guard lock(mu_);
-    return stopping_;
-  }
-  bool WaitForStop(double seconds) {
-    std::unique_lock lock(mu_);
-    return stop_.wait_for(lock, std::chrono::duration<double>(seconds),
-                          [this] { return stopping_; });
-  }
-
   const HttpServerOptions options_;
   JobQueue& queue_;
   const CoordinatorServer& server_;
@@ -354,15 +308,10 @@ class HttpServerImpl final : public HttpServer {
   Sessions sessions_;
   std::unique_ptr<PageReader> reader_;
   std::optional<ApiParts> parts_;
-  std::vector<WebRoute> routes_;  // Constant once it serves.
-  std::unique_ptr<httplib::Server> http_ = std::make_unique<httplib::Server>();
-  std::thread serving_;
-  std::atomic<bool> serving_ended_ = false;
+  std::vector<WebRoute> routes_;      // Constant once it serves.
+  std::vector<std::regex> patterns_;  // Of routes_, in their order.
   std::atomic<int> streams_ = 0;
-
-  std::mutex mu_;
-  std::condition_variable stop_;
-  bool stopping_ = false;  // Guarded by mu_.
+  std::unique_ptr<WebServer> http_;  // Last: it stops before what its handlers use goes.
 };
 
 }  // namespace

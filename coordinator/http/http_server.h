@@ -7,15 +7,19 @@
 // typed into the page) may read. On loopback, any caller may read in a farm with certificates, and
 // do everything in a farm without. Strangers only get the page's own files and a bare /healthz. A
 // request that changes something needs the CSRF header, and the page's content policy runs no
-// scripts but its own files.
+// scripts but its own files. A request by a name that another site may have pointed here is
+// refused.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
 #include "common/base/status.h"
 #include "common/base/system/clock.h"
 #include "common/rpc/endpoint.h"
+#include "coordinator/http/server/web_server.h"
 
 namespace parallax {
 
@@ -34,6 +38,9 @@ struct HttpServerOptions {
   // Gives rights only to callers that opened link_url(), whatever the address: for a port of a
   // machine that other people use too.
   bool by_link_only = false;
+  ListenerLimits limits = WebServerLimits().connections;
+  // Returns a study's table of results, as JSON {"text", "table"}; null: the page shows none.
+  std::function<absl::StatusOr<std::string>(int64_t study)> table;
   Clock* clock = &Clock::System();
 };
 
@@ -50,9 +57,10 @@ class HttpServer {
 
   virtual std::string address() const = 0;  // "HOST:PORT"
   virtual std::string url() const = 0;      // "http://HOST:PORT/", "https://..."
-  // Returns the page's address with a code that opens one session with every right. The code works
-  // once, within a day. Errors: kInternal if the system has no random numbers.
-  virtual absl::StatusOr<std::string> link_url() = 0;
+  // Returns the page's address with a code that opens one session of `caller`; one without a
+  // certificate has every right. The code works once, within a day. Errors: kInternal if the system
+  // has no random numbers.
+  virtual absl::StatusOr<std::string> link_url(const RpcCaller& caller = RpcCaller()) = 0;
   virtual void Stop() = 0;  // Idempotent.
 };
 

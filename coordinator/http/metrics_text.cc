@@ -129,6 +129,24 @@ void WriteDemand(const StatusSnapshot& snapshot, Writer& out) {
   }
 }
 
+// The metric counts jobs for which no connected worker will do under their own reasons: an alert
+// must not fire because a farm is busy.
+void WriteWaiting(const StatusSnapshot& snapshot, Writer& out) {
+  std::map<std::pair<std::string, std::string>, int64_t> waiting;
+  for (const auto* studies : {&snapshot.studies, &snapshot.older_unfinished}) {
+    for (const v1::StudyStatus& study : *studies) {
+      for (const v1::WaitingJobs& jobs : study.waiting()) {
+        waiting[{jobs.kind(), jobs.reason()}] += jobs.jobs();
+      }
+    }
+  }
+  out.Head("jobs_waiting", "gauge", "READY jobs by the reason for which they do not run.");
+  for (const auto& [key, jobs] : waiting) {
+    out.Sample("jobs_waiting", {{"kind", key.first}, {"reason", key.second}},
+               static_cast<double>(jobs));
+  }
+}
+
 void WriteWorkers(const StatusSnapshot& snapshot, Writer& out) {
   std::map<std::string, int> by_state;
   for (const v1::WorkerStatus& worker : snapshot.workers) ++by_state[worker.state()];
@@ -147,6 +165,23 @@ void WriteWorkers(const StatusSnapshot& snapshot, Writer& out) {
   for (const auto& [outcome, count] : server.reports) {
     out.Sample("reports_total", {{"outcome", outcome}}, static_cast<double>(count));
   }
+}
+
+void WriteStore(const ServerMetrics& server, Writer& out) {
+  const ScrubFigures& scrub = server.scrub;
+  out.One("store_ok", "gauge", "1 while the store is there, else 0: nothing is leased.",
+          server.store_problem.empty() ? 1 : 0);
+  out.One("scrub_files_total", "counter", "Files of results that were read to look for damage.",
+          static_cast<double>(scrub.files));
+  out.One("scrub_bytes_total", "counter", "Bytes of them.", static_cast<double>(scrub.bytes));
+  out.One("scrub_damaged_total", "counter", "Damaged results that were found, since start.",
+          static_cast<double>(scrub.damaged));
+  out.One("scrub_pairs_taken_back_total", "counter", "Pairs of studies that are made again.",
+          static_cast<double>(scrub.pairs_taken_back));
+  out.One("scrub_pass_began_seconds", "gauge", "Unix time at which the last pass began; 0: none.",
+          scrub.pass.began_unix_s);
+  out.One("scrub_pass_ended_seconds", "gauge", "Unix time at which it ended; 0: under way.",
+          scrub.pass.ended_unix_s.value_or(0));
 }
 
 void WriteLatency(const ServerMetrics& server, Writer& out) {
@@ -248,7 +283,9 @@ std::string MetricsText(const StatusSnapshot& snapshot) {
   out.One("uptime_seconds", "gauge", "Since this start.", snapshot.uptime_s);
   WriteQueue(snapshot.queue, out);
   WriteDemand(snapshot, out);
+  WriteWaiting(snapshot, out);
   WriteWorkers(snapshot, out);
+  WriteStore(snapshot.server, out);
   WriteLatency(snapshot.server, out);
   WriteWork(snapshot.server, out);
   WritePairs(snapshot, out);

@@ -112,6 +112,21 @@ absl::StatusOr<std::string> Pictures::Map(const std::string& path) {
   return bytes;
 }
 
+absl::StatusOr<std::string> Pictures::Normals(const std::string& path) {
+  const std::string key = path + "?normals";
+  if (std::string kept = Cached(key); !kept.empty()) return kept;
+  ASSIGN_OR_RETURN(const std::string file, File(path));
+  const Turn turn(*this);
+  ASSIGN_OR_RETURN(const ImageF3 normals, DecodeExrRgb(file));
+  ImageRgb8 picture(normals.width(), normals.height());
+  std::transform(
+      normals.values().begin(), normals.values().end(), picture.values().begin(),
+      [](float n) { return static_cast<uint8_t>(std::clamp(127.5f * (n + 1), 0.0f, 255.0f)); });
+  ASSIGN_OR_RETURN(std::string bytes, EncodeJpeg(picture, kJpegQuality));
+  Keep(key, bytes);
+  return bytes;
+}
+
 std::string Pictures::Cached(const std::string& key) {
   std::lock_guard lock(mu_);
   const auto found = by_key_.find(key);

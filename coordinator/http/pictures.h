@@ -28,6 +28,9 @@ class Pictures {
   absl::StatusOr<std::string> Map(const std::string& path);
   // Returns a file as it is. Errors: those of Jpeg.
   absl::StatusOr<std::string> File(const std::string& path) const;
+  // Returns a JPEG of the normals at `path` (.exr with three channels from -1 to 1): red, green and
+  // blue are x, y and z, each from 0 to 255. Errors: those of Jpeg.
+  absl::StatusOr<std::string> Normals(const std::string& path);
 
  private:
   class Turn;  // Takes one of kMakers places for conversions while it lives.

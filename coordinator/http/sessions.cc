@@ -11,6 +11,12 @@ namespace {
 
 constexpr double kSession_s = 12 * 3600;
 constexpr size_t kMostEntries = 1000;
+constexpr size_t kMostOfACaller = 100;
+
+// Callers without a certificate are one: this machine.
+std::string_view KeyOf(const RpcCaller& caller) {
+  return caller.name.empty() ? "this machine" : std::string_view(caller.name);
+}
 
 }  // namespace
 
@@ -18,11 +24,23 @@ double Sessions::Now() const { return SecondsBetween(SteadyTime{}, clock_.Steady
 
 void Sessions::Add(Entries& entries, const std::string& secret, Entry entry, double now_s) {
   std::erase_if(entries, [now_s](const auto& one) { return one.second.until_s <= now_s; });
-  if (entries.size() >= kMostEntries) {
-    entries.erase(std::min_element(
-        entries.begin(), entries.end(),
-        [](const auto& a, const auto& b) { return a.second.until_s < b.second.until_s; }));
+  // Who has most makes room, and the caller itself when it has its share: nobody ends another's.
+  std::map<std::string_view, size_t> by_caller;
+  for (const auto& [key, one] : entries) ++by_caller[KeyOf(one.caller)];
+  std::string from;
+  if (by_caller[KeyOf(entry.caller)] >= kMostOfACaller) {
+    from = KeyOf(entry.caller);
+  } else if (entries.size() >= kMostEntries) {
+    from = std::max_element(by_caller.begin(), by_caller.end(), [](const auto& a, const auto& b) {
+             return a.second < b.second;
+           })->first;
   }
+  auto oldest = entries.end();
+  for (auto at = entries.begin(); !from.empty() && at != entries.end(); ++at) {
+    const bool is_older = oldest == entries.end() || at->second.until_s < oldest->second.until_s;
+    if (KeyOf(at->second.caller) == from && is_older) oldest = at;
+  }
+  if (oldest != entries.end()) entries.erase(oldest);
   entries[Sha256Hex(secret)] = std::move(entry);
 }
 

@@ -1,8 +1,9 @@
 // Sessions of browsers. A one-time code or the farm's token opens a session, whose random name the
 // browser keeps in a cookie that no script can read.
 //
-// Sessions are kept in memory, so a restart ends them. Their number is bounded: the oldest one
-// makes room for a new one. Thread-safe.
+// Sessions are kept in memory, so a restart ends them. Their number is bounded, in total and for
+// each caller: a caller's oldest session makes room for its new one, and no other caller's.
+// Thread-safe.
 #pragma once
 
 #include <map>

@@ -3,6 +3,7 @@
 #include "common/base/seconds.h"
 #include "common/base/system/log.h"
 #include "common/base/version.h"
+#include "coordinator/rpc/workers/wait_reasons.h"
 
 namespace parallax {
 namespace {
@@ -83,6 +84,9 @@ absl::StatusOr<StatusSnapshot> StatusSampler::Read() {
   ASSIGN_OR_RETURN(fresh.studies, queue_.ListStudies(kStudiesShown));
   if (fresh.studies.size() == kStudiesShown) {
     ASSIGN_OR_RETURN(fresh.older_unfinished, UnfinishedBefore(fresh.studies.back().study_id()));
+  }
+  for (auto* studies : {&fresh.studies, &fresh.older_unfinished}) {
+    for (v1::StudyStatus& study : *studies) server_.waits().AddTo(study);
   }
   fresh.version = kProgramVersion;
   fresh.epoch = queue_.epoch();

@@ -23,6 +23,11 @@ bool IsKindName(std::string_view name) {
 
 }  // namespace
 
+std::vector<WorkNeeds> JobKind::NeedsOfStudy(const v1::StudySpec&) const {
+  if (traits_.of_scene) return {WorkNeeds()};
+  return {};
+}
+
 absl::StatusOr<Sha256Digest> JobKind::KeepKey(WorkDesk&, const JobFacts& job) const {
   return job.work_key;
 }
@@ -100,6 +105,28 @@ std::vector<std::string> KindRegistry::Names() const {
   std::vector<std::string> names;
   for (const JobKind* kind : kinds_) names.push_back(kind->name());
   return names;
+}
+
+std::string CommonFolder(const std::vector<JobKind::OutputFile>& files) {
+  if (files.empty()) return "";
+  std::string folder = files[0].path.substr(0, files[0].path.rfind('/'));
+  for (const JobKind::OutputFile& file : files) {
+    while (!folder.empty() && file.path.compare(0, folder.size() + 1, folder + "/") != 0) {
+      const size_t end = folder.rfind('/');
+      folder.resize(end == std::string::npos ? 0 : end);
+    }
+  }
+  // Never more than an attempt.
+  return folder.find("/.attempt-") == std::string::npos ? "" : folder;
+}
+
+std::vector<JobKind::OutputFile> KindRegistry::StoredFiles(std::string_view stage,
+                                                           std::string_view bytes) const {
+  for (const JobKind* kind : kinds_) {
+    std::vector<JobKind::OutputFile> files = kind->StoredFiles(stage, bytes);
+    if (!files.empty()) return files;
+  }
+  return {};
 }
 
 }  // namespace parallax

@@ -255,6 +255,9 @@ class JobKind {
   virtual std::string LabelOf(std::string_view /*input*/) const { return ""; }
   // Returns the needs of a job with this input, beside those of the traits. By default: none.
   virtual WorkNeeds NeedsOf(std::string_view /*input*/) const { return {}; }
+  // Returns the needs that jobs of this kind in a study will have, each once; empty if it has no
+  // such jobs. By default: jobs of scenes, which need nothing of their own.
+  virtual std::vector<WorkNeeds> NeedsOfStudy(const v1::StudySpec& study) const;
   // Parses and checks a handler's answer. All hashing and compressing belongs here, because the
   // writer's thread calls the other hooks. Never returns null.
   virtual std::shared_ptr<const CheckedResult> CheckResult(std::string_view bytes) const = 0;
@@ -262,6 +265,7 @@ class JobKind {
   struct OutputFile {
     std::string path;
     int64_t size = 0;
+    std::string sha256 = {};  // Lower-case hex.
   };
   virtual std::vector<OutputFile> FilesOf(std::string_view /*result*/) const { return {}; }
   // Returns the files of a stored result, if this kind has stored it; see WorkDesk::PutResult.
@@ -344,6 +348,10 @@ class JobKind {
   const JobTraits traits_;
 };
 
+// Returns the folder of one attempt that all of these files are in: "ab/ab12.../.attempt-7/003".
+// Empty if there is none.
+std::string CommonFolder(const std::vector<JobKind::OutputFile>& files);
+
 inline constexpr size_t kMostKinds = 12;
 
 // The kinds of one queue, in the order in which work flows through them. The scheduler serves later
@@ -366,6 +374,9 @@ class KindRegistry {
   absl::StatusOr<KindId> IdOf(std::string_view name) const;
   KindId begins_scenes() const { return begins_scenes_; }
   std::vector<std::string> Names() const;
+  // Returns the files of a stored result, whichever kind has stored it; see WorkDesk::PutResult.
+  std::vector<JobKind::OutputFile> StoredFiles(std::string_view stage,
+                                               std::string_view bytes) const;
 
  private:
   std::vector<const JobKind*> kinds_;

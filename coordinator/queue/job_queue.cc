@@ -16,8 +16,10 @@
 #include "coordinator/queue/database/migrations.h"
 #include "coordinator/queue/database/startup.h"
 #include "coordinator/queue/reads/auditor.h"
+#include "coordinator/queue/reads/output_files.h"
 #include "coordinator/queue/reads/readers.h"
 #include "coordinator/queue/reads/user_limits.h"
+#include "coordinator/queue/tables/ready_board.h"
 #include "coordinator/queue/writer.h"
 
 namespace parallax {
@@ -34,6 +36,7 @@ class JobQueue::Impl {
       : options_(std::move(options)), book_(*options_.clock, options_.lease_s) {}
 
   absl::Status Open();
+  absl::Status OpenStore();
 
   // Runs a command on the writing thread; after its commit, `finish` gets the result on the
   // finisher's.
@@ -73,6 +76,13 @@ class JobQueue::Impl {
     job.mutable_figures()->insert(progress.figures.begin(), progress.figures.end());
   }
 
+  // Returns how far a leased job has come: its step, if it counts steps, else its fraction.
+  double ProgressOf(int64_t job) const {
+    const LeaseProgress progress = book_.ProgressOf(job);
+    const auto step = progress.figures.find("step");
+    return step == progress.figures.end() ? progress.fraction : step->second;
+  }
+
   JobQueueOptions options_;
   std::unique_ptr<DatabaseLock> lock_;
   std::unique_ptr<SqliteConnection> db_;
@@ -80,7 +90,8 @@ class JobQueue::Impl {
   std::string database_id_;
   int64_t schema_version_ = 0;
   LeaseBook book_;
-  QueueNews news_{book_};
+  ReadyBoard ready_;
+  QueueNews news_{book_, ready_};
   std::unique_ptr<Machine> machine_;
   std::unique_ptr<Upkeep> upkeep_;
   std::unique_ptr<Readers> readers_;
@@ -101,16 +112,20 @@ absl::Status JobQueue::Impl::Open() {
       epoch_, RaiseEpoch(*db_, options_.clock->UnixSeconds(), options_.unsafe_for_test.keep_epoch));
   ASSIGN_OR_RETURN(database_id_, DatabaseId(*db_));
   RETURN_IF_ERROR(WithContext(EnterKinds(*db_, *options_.kinds), options_.db_path));
+  if (options_.open_store) RETURN_IF_ERROR(OpenStore());
   RETURN_IF_ERROR(AuditLimits(*db_, options_.limits, options_.clock->UnixSeconds()));
   machine_ = std::make_unique<Machine>(*db_, options_, epoch_);
   RETURN_IF_ERROR(machine_->Load());
+  machine_->SetProgress([this](int64_t job) { return ProgressOf(job); });
+  RETURN_IF_ERROR(WithContext(ready_.Load(*db_, *options_.kinds), options_.db_path));
   upkeep_ = std::make_unique<Upkeep>(*machine_, book_, options_);
   ASSIGN_OR_RETURN(readers_, Readers::Open(options_.db_path, options_.vfs, options_.readers,
                                            options_.read_deadline_s, *options_.kinds));
   SqliteQuery leased(*db_, "SELECT id, fence, worker FROM jobs WHERE state = 'LEASED'");
   while (leased.Next()) {
-    book_.Add({leased.Int(0), static_cast<uint64_t>(leased.Int(1)), std::string(leased.Text(2)),
-               false, ""});
+    book_.Add({.job = leased.Int(0),
+               .fence = static_cast<uint64_t>(leased.Int(1)),
+               .worker = std::string(leased.Text(2))});
   }
   RETURN_IF_ERROR(leased.status());
 
@@ -122,6 +137,14 @@ absl::Status JobQueue::Impl::Open() {
   if (options_.own_timer) hooks.tick_s = std::clamp(options_.lease_s / 20, 0.01, 0.5);
   writer_ = std::make_unique<Writer>(*db_, *machine_, options_, std::move(hooks));
   return absl::OkStatus();
+}
+
+absl::Status JobQueue::Impl::OpenStore() {
+  ASSIGN_OR_RETURN(KnownStore known, ReadKnownStore(*db_, *options_.kinds));
+  known.database_id = database_id_;
+  ASSIGN_OR_RETURN(const std::string id, options_.open_store(known));
+  return id == known.id ? absl::OkStatus()
+                        : EnterStore(*db_, known.id, id, options_.clock->UnixSeconds());
 }
 
 absl::StatusOr<std::unique_ptr<JobQueue>> JobQueue::Open(JobQueueOptions options) {
@@ -235,7 +258,8 @@ void JobQueue::CompleteAsync(const v1::CompleteRequest& request, const std::stri
                              std::function<void(absl::StatusOr<v1::ReportOutcome>)> done) {
   Impl* impl = impl_.get();
   auto report = std::make_shared<CheckedReport>(CheckReport(request, *impl_->options_.kinds));
-  if (report->invalid.empty()) report->invalid = invalid;
+  report->of_store = report->invalid.empty() && !invalid.empty();
+  if (report->of_store) report->invalid = invalid;
   impl->DoAsync<Machine::Verdict>(
       "complete", Finisher::Turn::kAfterThose, [=] { return impl->machine_->Complete(*report); },
       [=](const absl::StatusOr<Machine::Verdict>& verdict) {
@@ -269,6 +293,11 @@ absl::StatusOr<std::vector<v1::AttemptId>> JobQueue::Adopt(
 absl::StatusOr<int> JobQueue::WorkerLost(const std::string& worker) {
   return impl_->writer_->Do<int>("worker_lost",
                                  [&] { return impl_->machine_->WorkerLost(worker); });
+}
+
+absl::StatusOr<int> JobQueue::WorkerLeft(const std::string& worker) {
+  return impl_->writer_->Do<int>("worker_lost",
+                                 [&] { return impl_->machine_->WorkerLeft(worker); });
 }
 
 std::vector<v1::AttemptId> JobQueue::Heartbeat(const std::string& worker,
@@ -310,6 +339,9 @@ absl::StatusOr<std::vector<v1::JobStatus>> JobQueue::ListJobs(const v1::ListJobs
 absl::StatusOr<v1::ListAttemptsReply> JobQueue::ListAttempts(int64_t job) {
   ASSIGN_OR_RETURN(v1::ListAttemptsReply reply, impl_->readers_->ListAttempts(job));
   impl_->AddProgress(*reply.mutable_job());
+  for (v1::AttemptStatus& attempt : *reply.mutable_attempts()) {
+    if (attempt.ending() == "running") attempt.set_log_tail(impl_->book_.ProgressOf(job).log_tail);
+  }
   return reply;
 }
 absl::StatusOr<std::vector<v1::DrainOrder>> JobQueue::Drains() {
@@ -338,6 +370,9 @@ absl::StatusOr<std::string> JobQueue::SubmitterOf(StudyId study) {
 bool JobQueue::IsHeldBy(const std::string& worker, const v1::AttemptId& attempt) const {
   return impl_->book_.Holds(worker, attempt);
 }
+std::map<ReadyKey, int64_t> JobQueue::ReadyGroups(int64_t study) const {
+  return impl_->ready_.Groups(study);
+}
 int JobQueue::HeldBy(const std::string& worker) const { return impl_->book_.HeldBy(worker); }
 absl::StatusOr<v1::Scene> JobQueue::GetScene(const v1::GetSceneRequest& request) {
   return impl_->readers_->GetScene(request);
@@ -364,6 +399,54 @@ absl::Status JobQueue::ForgetLitter(const std::vector<std::string>& paths) {
 
 absl::StatusOr<std::vector<std::string>> JobQueue::ListContentFolders() {
   return impl_->readers_->ListContentFolders();
+}
+
+absl::StatusOr<std::set<std::string>> JobQueue::ListAttemptFolders() {
+  std::set<std::string> folders;
+  RETURN_IF_ERROR(impl_->readers_->Read(0, [&](SqliteConnection& db) -> absl::Status {
+    ASSIGN_OR_RETURN(folders, AttemptFoldersIn(db, *impl_->options_.kinds));
+    return absl::OkStatus();
+  }));
+  return folders;
+}
+
+// ---- Damage in the store
+absl::StatusOr<std::vector<StoredOutput>> JobQueue::ListStoredOutputs(const std::string& after,
+                                                                      int limit) {
+  std::vector<StoredOutput> outputs;
+  RETURN_IF_ERROR(impl_->readers_->Read(0, [&](SqliteConnection& db) -> absl::Status {
+    ASSIGN_OR_RETURN(outputs, StoredOutputsIn(db, *impl_->options_.kinds, after, limit));
+    return absl::OkStatus();
+  }));
+  return outputs;
+}
+
+absl::StatusOr<std::vector<std::string>> JobQueue::ListUsesOf(const Sha256Digest& key) {
+  std::vector<std::string> uses;
+  RETURN_IF_ERROR(impl_->readers_->Read(0, [&](SqliteConnection& db) -> absl::Status {
+    ASSIGN_OR_RETURN(uses, UsesOfIn(db, key));
+    return absl::OkStatus();
+  }));
+  return uses;
+}
+
+absl::StatusOr<TakenBack> JobQueue::TakeBack(const std::vector<DamagedResult>& damaged,
+                                             std::string_view actor) {
+  return impl_->writer_->Do<TakenBack>("repair",
+                                       [&] { return impl_->machine_->TakeBack(damaged, actor); });
+}
+
+absl::StatusOr<std::optional<ScrubState>> JobQueue::GetScrub() {
+  std::optional<ScrubState> scrub;
+  RETURN_IF_ERROR(impl_->readers_->Read(0, [&](SqliteConnection& db) -> absl::Status {
+    ASSIGN_OR_RETURN(scrub, ScrubIn(db));
+    return absl::OkStatus();
+  }));
+  return scrub;
+}
+
+absl::Status JobQueue::KeepScrub(const ScrubState& scrub) {
+  return impl_->writer_->DoStatus("scrub", [&] { return impl_->machine_->KeepScrub(scrub); });
 }
 
 absl::StatusOr<std::vector<RunningJob>> JobQueue::ListRunning() {

@@ -23,6 +23,8 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,6 +38,8 @@
 #include "coordinator/queue/database/fail_point.h"
 #include "coordinator/queue/job_kind.h"
 #include "coordinator/queue/reads/farm_history.h"
+#include "coordinator/queue/ready_key.h"
+#include "coordinator/queue/stored_outputs.h"
 #include "parallax/v1/service.pb.h"
 
 namespace parallax {
@@ -71,6 +75,14 @@ struct JobQueueOptions {
   double archive_after_s = 30 * 86400.0;
   // Number of logs of failed attempts to keep, of at most 16 kB each, and as many of archived jobs.
   int most_logs = 1000;
+  // Opens the store of the results and returns its id. Called by Open before any command, with the
+  // store that the database knows; the database keeps the id. Errors end Open. If absent, the
+  // database keeps none.
+  std::function<absl::StatusOr<std::string>(const KnownStore& known)> open_store;
+  // Returns whether files are in the store with their sizes. A result whose files are not is never
+  // used again, but taken back. Called by the writing thread, so it must be quick. If absent, all
+  // are taken to be there.
+  std::function<bool(const std::vector<JobKind::OutputFile>& files)> files_there;
   std::string vfs;             // SQLite VFS by name; empty: the system's.
   FailPoint::Hook fail_point;  // For fault tests; null: as the environment variable says.
   UnsafeForTest unsafe_for_test;
@@ -87,6 +99,7 @@ struct FarmSlots {
 // The facts about a worker by which the scheduler chooses jobs for it.
 struct WorkerFacts {
   std::string name;
+  std::string machine;  // Where it runs, equal for workers of one machine; empty: its own one.
   std::vector<std::string> kinds;  // Kinds of jobs that it takes.
   int64_t memory_mb = 0;
   std::vector<std::string> tags;
@@ -224,6 +237,8 @@ class JobQueue {
                                                    bool same_process = false);
   // Ends all leases of a worker that is lost (its grace is over). Returns their number.
   absl::StatusOr<int> WorkerLost(const std::string& worker);
+  // Ends the leases of a worker that has drained and left without blame. Returns their number.
+  absl::StatusOr<int> WorkerLeft(const std::string& worker);
   // Renews the leases in `running`. Works in memory and never waits for the disk. Returns the
   // attempts that the worker does not hold (any more) and must stop.
   std::vector<v1::AttemptId> Heartbeat(const std::string& worker,
@@ -268,6 +283,9 @@ class JobQueue {
 
   // Returns at most 1,000 leased jobs that report figures, by id.
   absl::StatusOr<std::vector<RunningJob>> ListRunning();
+  // Returns the numbers of READY jobs by what they need of a worker; `study` 0: of all studies.
+  // Works in memory; its cost grows with the groups, not with the jobs.
+  std::map<ReadyKey, int64_t> ReadyGroups(int64_t study = 0) const;
   // Returns the figures of this process. Works in memory.
   JobQueueStats Stats() const;
 
@@ -284,10 +302,28 @@ class JobQueue {
   absl::StatusOr<std::vector<std::string>> ListLitter(double older_than_s, int limit);
   // Forgets litter that the janitor has removed.
   absl::Status ForgetLitter(const std::vector<std::string>& paths);
+  // Returns the folders of all attempts that the database knows, in the store's paths: of results,
+  // litter, kept folders and leases. Reads all results.
+  absl::StatusOr<std::set<std::string>> ListAttemptFolders();
   // Returns the folders of users' content that the variants of all studies name, without those of
   // forgotten studies. common/store/content.h says how a folder in the store is named. Reads all
   // variants.
   absl::StatusOr<std::vector<std::string>> ListContentFolders();
+
+  // ---- Damage in the store
+  // Returns results with files whose keys come after `after` (32 bytes; empty: all), in the order
+  // of keys, at most `limit`.
+  absl::StatusOr<std::vector<StoredOutput>> ListStoredOutputs(const std::string& after, int limit);
+  // Says who has a result, for people: "study 3 (baseline), variant narrow, scene 5, rig 2".
+  absl::StatusOr<std::vector<std::string>> ListUsesOf(const Sha256Digest& key);
+  // Takes damaged results back: their pairs are no longer published, their networks are no longer
+  // those of their studies, and jobs are added that make them again. Results that are not as named
+  // are left alone.
+  absl::StatusOr<TakenBack> TakeBack(const std::vector<DamagedResult>& damaged,
+                                     std::string_view actor);
+  // Read and keep the state of the pass that looks for damage; absent: there was none yet.
+  absl::StatusOr<std::optional<ScrubState>> GetScrub();
+  absl::Status KeepScrub(const ScrubState& scrub);
 
   // ---- Operations
   // Checks every invariant. Returns a line for each violation; empty if all hold. Reads all rows,

@@ -42,6 +42,7 @@ const std::vector<Row>& Table() {
       {"/parallax.v1.Coordinator/GetInfo",
        {Role::kWorker, Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
       {"/parallax.v1.Coordinator/ListAudit", {Role::kOperator}},
+      {"/parallax.v1.Coordinator/OpenPage", {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
       // ---- Files
       // Submitters bring the content that their studies name; the service sees to that.
       {"/parallax.v1.Artifacts/Put", {Role::kWorker, Role::kSubmitter, Role::kOperator}},

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <filesystem>
+#include <optional>
 
 #include "common/base/hash.h"
 #include "common/base/seconds.h"
@@ -15,6 +16,7 @@
 #include "common/store/content.h"
 #include "common/store/store.h"
 #include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/storage/store_guard.h"
 #include "coordinator/rpc/validation.h"
 
 namespace parallax {
@@ -66,13 +68,11 @@ constexpr double kOwnWork_s = 3600;  // Limit while a call waits for the store, 
 
 absl::Status NoStore() { return FailedPrecondition("this coordinator serves no files"); }
 
-// Names the caller that a call counts for, by certificate and machine. Callers of this machine
-// are distinguished by their connection.
+// Names the caller that a call counts for, by certificate and machine: by nothing that the caller
+// may say or have many of.
 std::string PeerOf(const grpc::ServerContext& context) {
   std::string peer = context.peer();
-  const bool local = peer.rfind("ipv4:127.", 0) == 0 || peer.rfind("ipv6:%5B::1%5D", 0) == 0 ||
-                     peer.rfind("ipv6:[::1]", 0) == 0;
-  if (!local && peer.rfind("ip", 0) == 0) peer.resize(std::min(peer.rfind(':'), peer.size()));
+  if (peer.rfind("ip", 0) == 0) peer.resize(std::min(peer.rfind(':'), peer.size()));
   return CallerOf(context).name + " " + peer;
 }
 
@@ -182,7 +182,8 @@ ArtifactsService::ArtifactsService(Store* store, std::string spool_dir, Rule rul
       spool_dir_(std::move(spool_dir)),
       rule_(std::move(rule)),
       limits_(limits),
-      puts_(limits.puts, limits.puts_a_worker),
+      puts_(limits.puts, limits.puts_a_peer),
+      content_puts_(limits.puts / 2, limits.puts_a_peer / 2),
       reads_(limits.reads, limits.reads_a_peer) {
   if (store_ != nullptr) content_ = std::make_unique<ContentKeeper>(*store_, limits.content);
 }
@@ -195,17 +196,31 @@ absl::Status ArtifactsService::Prepare() {
   return error ? ErrnoError(error.value(), "spool " + spool_dir_) : absl::OkStatus();
 }
 
+absl::Status ArtifactsService::CheckStore() const {
+  if (store_ == nullptr) return NoStore();
+  return guard_ == nullptr ? absl::OkStatus() : guard_->status();
+}
+
 // ---- Putting
 grpc::Status ArtifactsService::Put(grpc::ServerContext* context, PutStream* stream) {
-  if (store_ == nullptr) return ToGrpc(NoStore());
+  if (const absl::Status there = CheckStore(); !there.ok()) return ToGrpc(there);
   CallWatch::Call call(
       watch_, [context] { context->TryCancel(); }, limits_.header_s);
   v1::PutFileHeader header;
   absl::Status status = ReadHeader(*stream, call, &header);
   if (status.ok()) status = CheckMayPut(CallerOf(*context), header);
   if (status.ok()) {
-    status = IsBelowContent(header.path()) ? PutContent(*stream, call, header)
-                                           : PutOutput(*stream, call, header);
+    const bool is_content = IsBelowContent(header.path());
+    const std::string peer = PeerOf(*context);
+    const CallPlaces::Place place(puts_, peer);
+    status = place.status();
+    // Content has half of the places, so that workers always have some.
+    std::optional<CallPlaces::Place> content_place;
+    if (is_content) content_place.emplace(content_puts_, peer);
+    if (content_place && status.ok()) status = content_place->status();
+    if (status.ok()) {
+      status = is_content ? PutContent(*stream, call, header) : PutOutput(*stream, call, header);
+    }
   }
   if (call.expired()) status = DeadlineExceeded("nothing came for too long");
   return ToGrpc(status);
@@ -250,9 +265,9 @@ absl::Status ArtifactsService::PutContent(PutStream& stream, CallWatch::Call& ca
   content_->Note(header.sha256());
   // Files that are there are not sent again, and take no room twice.
   const bool is_there = IsThere(*store_, header);
-  if (!is_there) RETURN_IF_ERROR(content_->TakeRoom(header.size()));
+  if (!is_there) RETURN_IF_ERROR(content_->TakeRoom(header.sha256(), header.size()));
   const absl::Status status = PutFileThere(stream, call, header, [] { return absl::OkStatus(); });
-  if (!status.ok() && !is_there) content_->GiveRoomBack(header.size());
+  if (!is_there) content_->EndRoom(header.sha256(), status.ok());
   return status;
 }
 
@@ -260,8 +275,6 @@ absl::Status ArtifactsService::PutFileThere(PutStream& stream, CallWatch::Call& 
                                             const v1::PutFileHeader& header,
                                             const std::function<absl::Status()>& allowed) {
   RETURN_IF_ERROR(allowed());
-  const CallPlaces::Place place(puts_, header.worker());
-  RETURN_IF_ERROR(place.status());
   call.Extend(kOwnWork_s);
   v1::PutFileReply reply;
   reply.set_wanted(!IsThere(*store_, header));
@@ -314,7 +327,7 @@ absl::Status ArtifactsService::Receive(PutStream& stream, CallWatch::Call& call,
 // ---- Reading
 template <typename Body>
 grpc::Status ArtifactsService::RunRead(grpc::ServerContext* context, Body body) {
-  if (store_ == nullptr) return ToGrpc(NoStore());
+  if (const absl::Status there = CheckStore(); !there.ok()) return ToGrpc(there);
   const CallPlaces::Place place(reads_, PeerOf(*context));
   if (!place.status().ok()) return ToGrpc(place.status());
   CallWatch::Call call(

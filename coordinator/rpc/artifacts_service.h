@@ -11,7 +11,8 @@
 // - Memory is bounded: each call buffers one chunk, and the number of calls is bounded.
 // - No caller can keep the others out. Streams without a header are counted apart from those that
 //   move files; when there are too many, the one that has waited longest is ended. A call without
-//   traffic is ended. One worker, or one reading machine, has at most half of the places.
+//   traffic is ended. One certificate on one machine has at most half of the places, whatever names
+//   it claims, and content at most half of those for files.
 //
 // Thread-safe.
 #pragma once
@@ -35,6 +36,7 @@ namespace parallax {
 
 class JobQueue;
 class Store;
+class StoreGuard;
 
 inline constexpr size_t kFileChunkBytes = 1 << 20;
 inline constexpr int64_t kMaxFileBytes = int64_t{1} << 30;
@@ -48,7 +50,7 @@ struct ArtifactsLimits {
   size_t waiting = 64;       // Streams without a header.
   size_t puts = 64;          // Files that are received at a time.
   size_t reads = 64;         // Calls of Get, List and Remove at a time.
-  size_t puts_a_worker = 32;
+  size_t puts_a_peer = 32;
   size_t reads_a_peer = 32;
   ContentOptions content;  // Bounds on the users' content.
 };
@@ -98,6 +100,10 @@ class ArtifactsService final : public v1::Artifacts::Service {
   // folder.
   absl::Status Prepare();
 
+  // Sets what watches the store: while it is not there, no call is served. Call it before the first
+  // RPC; `guard` must outlive the calls.
+  void SetGuard(const StoreGuard* guard) { guard_ = guard; }
+
   // Keeps the users' content; null without a store.
   ContentKeeper* content() { return content_.get(); }
 
@@ -127,12 +133,16 @@ class ArtifactsService final : public v1::Artifacts::Service {
   template <typename Body>
   grpc::Status RunRead(grpc::ServerContext* context, Body body);
 
+  absl::Status CheckStore() const;
+
   Store* const store_;
+  const StoreGuard* guard_ = nullptr;
   const std::string spool_dir_;
   const Rule rule_;
   const ArtifactsLimits limits_;
   CallWatch watch_;
   CallPlaces puts_;
+  CallPlaces content_puts_;
   CallPlaces reads_;
   std::mutex waiting_mu_;
   std::list<CallWatch::Call*> waiting_;     // Without a header, the longest first. Guarded.

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -37,15 +38,18 @@ class ContentKeeper {
 
   // Notes that somebody is about to use the file with this hash.
   void Note(const std::string& sha256);
-  // Checks that the lists that `study` names are in the store, and keeps them and their files until
-  // the study is in the queue. The store is asked once about each list, and not about the files
-  // that it names. `study` is not changed. Errors: kFailedPrecondition naming the variant and the
-  // folder; those of the store.
+  // Checks that the lists that `study` names are in the store and can be read, and that the files
+  // that they name are there with their sizes; keeps all of them until the study is in the queue.
+  // `study` is not changed. Errors: kFailedPrecondition naming the variant or
+  // benchmark, the folder and the file
+  // that is not there; kInvalidArgument for a broken list, naming its line; those of the store.
   absl::Status CheckStudy(v1::StudySpec& study);
-  // Reserves bytes until GiveRoomBack returns them. Errors: kResourceExhausted when that is more
-  // than is allowed; those of the store.
-  absl::Status TakeRoom(int64_t bytes);
-  void GiveRoomBack(int64_t bytes);
+  // Reserves room for a file that is on its way to the store. A file takes room once, however many
+  // send it at the same time. Errors: kResourceExhausted when that is more than is allowed; those
+  // of the store.
+  absl::Status TakeRoom(const std::string& sha256, int64_t bytes);
+  // Ends a reservation. The room is given back unless this or another sender has `stored` the file.
+  void EndRoom(const std::string& sha256, bool stored);
 
   // Removes the content that no study needs and that has stayed long enough. Studies need the lists
   // with the hashes `lists` and the files that these lists name. A list that is missing or broken
@@ -54,6 +58,14 @@ class ContentKeeper {
   absl::StatusOr<int> Sweep(const std::vector<std::string>& lists);
 
  private:
+  // Reads a list and checks that its files are there. `sizes` has the files of the store by hash;
+  // it is read when it is first needed.
+  absl::Status CheckList(const std::string& list,
+                         std::optional<std::map<std::string, int64_t>>& sizes);
+  // Checks the list that `name` refers to, if it does, unless its hash is among those `checked`.
+  absl::Status CheckContent(const std::string& name, const std::string& user,
+                            std::set<std::string>& checked,
+                            std::optional<std::map<std::string, int64_t>>& sizes);
   // Returns the lists that studies named that were submitted a short time ago.
   std::set<std::string> ListsOfSubmits();
 
@@ -63,6 +75,13 @@ class ContentKeeper {
   std::mutex mu_;
   // Size of the content in the store or on its way there; -1: not counted yet. mu_ guards it.
   int64_t bytes_ = -1;
+  // Files on their way, by hash. mu_ guards it.
+  struct OnItsWay {
+    int64_t bytes = 0;
+    int senders = 0;
+    bool stored = false;
+  };
+  std::map<std::string, OnItsWay> on_way_;
   // When a sweep first found each file without a study, by the file's hash. mu_ guards it.
   std::map<std::string, SteadyTime> unused_since_;
   // When CheckStudy last found a study to name each list, by the list's hash. mu_ guards it.

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <mutex>
+#include <optional>
 
+#include "common/base/seconds.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/revocation.h"
 #include "common/store/store.h"
@@ -10,8 +12,10 @@
 #include "coordinator/rpc/access.h"
 #include "coordinator/rpc/artifacts_service.h"
 #include "coordinator/rpc/coordinator_service.h"
+#include "coordinator/rpc/storage/store_guard.h"
 #include "coordinator/rpc/task_pool.h"
 #include "coordinator/rpc/workers/dispatcher.h"
+#include "coordinator/rpc/workers/wait_reasons.h"
 
 namespace parallax {
 namespace {
@@ -21,6 +25,7 @@ namespace {
 constexpr int kWorkerCalls = 16;
 constexpr int kClientCalls = 8;
 constexpr double kShutdownGrace_s = 2;
+constexpr double kAskEvery_s = 1;
 
 double LeaseFor(const CoordinatorServerOptions& options, const JobQueue& queue) {
   return options.lease_s > 0 ? std::min(options.lease_s, queue.lease_s()) : queue.lease_s();
@@ -32,9 +37,11 @@ class CoordinatorServerImpl final : public CoordinatorServer {
       : queue_(queue),
         worker_pool_(kWorkerCalls),
         client_pool_(kClientCalls),
+        clock_(*options.clock),
         dispatcher_(queue, worker_pool_, *options.clock, options.reconnect_grace_s),
+        waits_(queue, *options.clock, [this] { return dispatcher_.WorkerGroups(); }),
         artifacts_(options.store, options.spool_dir, HolderWritesBelowItsAttempt(queue)),
-        service_(queue, dispatcher_, worker_pool_, client_pool_,
+        service_(queue, dispatcher_, waits_, worker_pool_, client_pool_,
                  {.uri = options.store_uri,
                   .id = options.store == nullptr ? "" : options.store->Id(),
                   .access = options.store_access},
@@ -44,6 +51,15 @@ class CoordinatorServerImpl final : public CoordinatorServer {
     queue_.SetObserver(&dispatcher_);
     worker_pool_.Start();
     client_pool_.Start();
+    if (options.store == nullptr || options.store->Id().empty()) return;
+    guard_ = std::make_unique<StoreGuard>(
+        *options.store, options.store_look_s,
+        [this](const absl::Status& status) { dispatcher_.HoldLeases(!status.ok()); });
+    service_.SetGuard(guard_.get());
+    artifacts_.SetGuard(guard_.get());
+    if (!options.scrub) return;
+    scrubber_ = std::make_unique<Scrubber>(queue, *options.store, *options.scrub);
+    scrubber_->Start();
   }
 
   ~CoordinatorServerImpl() override { Shutdown(); }
@@ -60,12 +76,13 @@ class CoordinatorServerImpl final : public CoordinatorServer {
                                    : options.revoked;
       ASSIGN_OR_RETURN(revoked_, RevokedCertificates::Open(list, *options.clock));
     }
-    ASSIGN_OR_RETURN(server_,
-                     RpcServer::Start(addresses, options.security, {&service_, &artifacts_},
-                                      [this](const RpcCaller& caller, std::string_view method) {
-                                        RETURN_IF_ERROR(CheckNotRevoked(caller));
-                                        return CheckAccess(caller, method);
-                                      }));
+    ASSIGN_OR_RETURN(server_, RpcServer::Start(
+                                  addresses, options.security, {&service_, &artifacts_},
+                                  [this](const RpcCaller& caller, std::string_view method) {
+                                    RETURN_IF_ERROR(CheckNotRevoked(caller));
+                                    return CheckAccess(caller, method);
+                                  },
+                                  options.connections));
     return absl::OkStatus();
   }
 
@@ -80,15 +97,35 @@ class CoordinatorServerImpl final : public CoordinatorServer {
   ServerMetrics Metrics() const override {
     ServerMetrics metrics = dispatcher_.Metrics();
     service_.meter().AddTo(metrics);
+    metrics.store_problem = std::string(ToStd(StoreStatus().message()));
+    if (scrubber_ != nullptr) metrics.scrub = scrubber_->figures();
     return metrics;
   }
 
+  absl::Status CheckAnswers() const override {
+    std::lock_guard lock(answers_mu_);
+    if (!asked_ || SecondsBetween(*asked_, clock_.Steady()) >= kAskEvery_s) {
+      answers_ = server_->CheckAnswers();
+      asked_ = clock_.Steady();
+    }
+    return answers_;
+  }
+
+  const WaitReasons& waits() const override { return waits_; }
+
+  void SetPage(PageOpener page) override { service_.SetPage(std::move(page)); }
+
   ContentKeeper* content() override { return artifacts_.content(); }
+
+  absl::Status StoreStatus() const override {
+    return guard_ == nullptr ? absl::OkStatus() : guard_->status();
+  }
 
   void Shutdown() override {
     std::lock_guard lock(shutdown_mu_);
     if (shut_down_) return;
     shut_down_ = true;
+    scrubber_.reset();
     dispatcher_.Stop();
     if (server_ != nullptr) server_->Shutdown(std::chrono::duration<double>(kShutdownGrace_s));
     service_.WaitForCalls();
@@ -107,11 +144,18 @@ class CoordinatorServerImpl final : public CoordinatorServer {
   JobQueue& queue_;
   TaskPool worker_pool_;
   TaskPool client_pool_;
+  Clock& clock_;
   Dispatcher dispatcher_;
+  WaitReasons waits_;
   ArtifactsService artifacts_;
   CoordinatorService service_;
   std::unique_ptr<RevokedCertificates> revoked_;  // Present where callers have certificates.
   std::unique_ptr<RpcServer> server_;
+  mutable std::mutex answers_mu_;
+  mutable std::optional<SteadyTime> asked_;  // Guarded by answers_mu_.
+  mutable absl::Status answers_;             // Guarded by answers_mu_.
+  std::unique_ptr<StoreGuard> guard_;  // Null for a store that has no id. Tells the dispatcher.
+  std::unique_ptr<Scrubber> scrubber_;
   std::mutex shutdown_mu_;
   bool shut_down_ = false;  // Guarded by shutdown_mu_.
 };

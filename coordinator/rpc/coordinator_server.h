@@ -11,12 +11,14 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/base/status.h"
 #include "common/base/system/clock.h"
 #include "common/rpc/endpoint.h"
+#include "coordinator/rpc/storage/scrubber.h"
 #include "parallax/v1/service.pb.h"
 
 namespace parallax {
@@ -24,6 +26,7 @@ namespace parallax {
 class ContentKeeper;
 class JobQueue;
 class Store;
+class WaitReasons;
 
 struct CoordinatorServerOptions {
   // "HOST:PORT" (port 0: any free one) or "unix:/path"; at least one. Without TLS, only loopback
@@ -41,6 +44,10 @@ struct CoordinatorServerOptions {
   // Before a result is published, check that its files are in `store`. Costs a listing of the
   // attempt's folder.
   bool check_outputs = true;
+  // Look so often whether `store` is still there. While it is not, nothing is leased or published.
+  double store_look_s = 2;
+  // Read all files of results again and again, and make damaged ones anew; absent: don't.
+  std::optional<ScrubOptions> scrub;
   // Folder for files that are being received, best on the store's own disk.
   std::string spool_dir;
   // Length of a lease in seconds, as announced to workers. 0, or a value above the queue's lease,
@@ -52,6 +59,7 @@ struct CoordinatorServerOptions {
   double reconnect_grace_s = 10;
   // Seconds after which a worker's stream without a Hello is ended.
   double hello_s = 10;
+  ListenerLimits connections;
   Clock* clock = &Clock::System();
 };
 
@@ -80,6 +88,8 @@ struct ServerMetrics {
   std::vector<double> lease_latency_bounds_s;
   std::vector<uint64_t> lease_latency_counts;  // One longer than the bounds: +Inf.
   double lease_latency_sum_s = 0;
+  std::string store_problem;  // Why the store is not there; empty: it is.
+  ScrubFigures scrub;
 };
 
 class CoordinatorServer {
@@ -96,9 +106,20 @@ class CoordinatorServer {
   // Return the workers that the server knows now, and the server's figures.
   virtual std::vector<v1::WorkerStatus> Workers() const = 0;
   virtual ServerMetrics Metrics() const = 0;
+  // Connects to its own addresses and waits for an answer, at most once a second: calls in between
+  // get the same answer. Errors: kUnavailable that names the address that does not answer.
+  virtual absl::Status CheckAnswers() const = 0;
+  // Returns the reasons of READY jobs; they live as long as the server.
+  virtual const WaitReasons& waits() const = 0;
+  // Sets what answers OpenPage: it returns the web page's address with a code that opens a session
+  // of the caller. Null: there is no page. Waits until a call in progress returns.
+  using PageOpener = std::function<absl::StatusOr<std::string>(const RpcCaller& caller)>;
+  virtual void SetPage(PageOpener page) = 0;
   // Returns the keeper of the users' content, which lives as long as the server; null without a
   // store.
   virtual ContentKeeper* content() = 0;
+  // Returns OK while the store is there. Errors: kUnavailable with the reason.
+  virtual absl::Status StoreStatus() const = 0;
 
   // Ends all streams and waits for calls in progress. Workers continue their jobs and reconnect.
   // Idempotent.

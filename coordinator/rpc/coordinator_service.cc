@@ -4,6 +4,7 @@
 
 #include "common/base/status.h"
 #include "common/rpc/grpc_status.h"
+#include "coordinator/rpc/storage/store_guard.h"
 #include "coordinator/rpc/validation.h"
 #include "coordinator/rpc/workers/output_check.h"
 
@@ -15,12 +16,13 @@ constexpr size_t kSmallReport = 16384;  // Bytes.
 }  // namespace
 
 CoordinatorService::CoordinatorService(JobQueue& queue, Dispatcher& dispatcher,
-                                       TaskPool& worker_pool, TaskPool& client_pool,
-                                       AnnouncedStore store, std::string coordinator_id,
-                                       double lease_s, const Store* outputs, ContentKeeper* content,
-                                       double hello_s)
+                                       const WaitReasons& waits, TaskPool& worker_pool,
+                                       TaskPool& client_pool, AnnouncedStore store,
+                                       std::string coordinator_id, double lease_s,
+                                       const Store* outputs, ContentKeeper* content, double hello_s)
     : queue_(queue),
       dispatcher_(dispatcher),
+      waits_(waits),
       worker_pool_(worker_pool),
       client_pool_(client_pool),
       store_(std::move(store)),
@@ -56,6 +58,10 @@ grpc::ServerBidiReactor<v1::WorkerMessage, v1::CoordinatorMessage>* CoordinatorS
   return WorkStream::Open(streams_, context);
 }
 
+absl::Status CoordinatorService::CheckStore() const {
+  return guard_ == nullptr ? absl::OkStatus() : guard_->status();
+}
+
 bool CoordinatorService::IsForeign(const std::string& coordinator_id) const {
   return !coordinator_id.empty() && coordinator_id != coordinator_id_;
 }
@@ -89,11 +95,21 @@ CoordinatorService::Reactor* CoordinatorService::Complete(Context* context,
   Reactor* const reactor = context->DefaultReactor();
   if (!Admit(reactor, reply, CheckComplete(*request), request->coordinator_id())) return reactor;
   const JobKind* const kind = KindOf(*request);
-  const bool check = outputs_ != nullptr && kind != nullptr && kind->traits().has_output;
-  const auto ask = [this, reactor, request, reply, kind, check] {
+  const bool has_output = kind != nullptr && kind->traits().has_output;
+  const bool check = outputs_ != nullptr && has_output;
+  const auto ask = [this, reactor, request, reply, kind, check, has_output] {
+    // The worker keeps its report and tries again.
+    if (const absl::Status there = has_output ? CheckStore() : absl::OkStatus(); !there.ok()) {
+      EndReport(reactor, reply, there, "");
+      return Leave();
+    }
     std::string missing;
     if (check) {
-      auto why = WhyNotInStore(*outputs_, kind->FilesOf(request->result()));
+      const std::vector<JobKind::OutputFile> files = kind->FilesOf(request->result());
+      auto why = WhyNotInStore(*outputs_, files);
+      if (why.ok() && why->empty()) {
+        why = WhyNotAsHashed(*outputs_, files, request->attempt().fence());
+      }
       // The store can't be asked now: the worker keeps its report and tries again.
       if (!why.ok()) {
         EndReport(reactor, reply, Unavailable("{}", why.status().message()), "");

@@ -16,6 +16,7 @@
 #include "coordinator/rpc/task_pool.h"
 #include "coordinator/rpc/workers/dispatcher.h"
 #include "coordinator/rpc/workers/report_meter.h"
+#include "coordinator/rpc/workers/wait_reasons.h"
 #include "coordinator/rpc/workers/work_stream.h"
 #include "parallax/v1/service.grpc.pb.h"
 
@@ -23,6 +24,7 @@ namespace parallax {
 
 class ContentKeeper;
 class Store;
+class StoreGuard;
 
 // Thread-safe.
 class CoordinatorService final : public v1::Coordinator::CallbackService {
@@ -30,10 +32,15 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   // All arguments must outlive the service. `outputs` is the store in which files of results must
   // be; null: not checked. `content` checks that the content of studies is in the store; null: not
   // checked.
-  CoordinatorService(JobQueue& queue, Dispatcher& dispatcher, TaskPool& worker_pool,
-                     TaskPool& client_pool, AnnouncedStore store, std::string coordinator_id,
-                     double lease_s, const Store* outputs, ContentKeeper* content, double hello_s);
+  CoordinatorService(JobQueue& queue, Dispatcher& dispatcher, const WaitReasons& waits,
+                     TaskPool& worker_pool, TaskPool& client_pool, AnnouncedStore store,
+                     std::string coordinator_id, double lease_s, const Store* outputs,
+                     ContentKeeper* content, double hello_s);
 
+  // Sets what watches the store: while it is not there, no study is taken and no files are
+  // published. Call it before the first RPC; `guard` must outlive the calls.
+  void SetGuard(const StoreGuard* guard) { guard_ = guard; }
+  void SetPage(CoordinatorServer::PageOpener page);  // See CoordinatorServer.
   const ReportMeter& meter() const { return meter_; }
   // Waits until no call is in progress.
   void WaitForCalls();
@@ -62,11 +69,14 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   Reactor* GetScene(Context*, const v1::GetSceneRequest*, v1::GetSceneReply*) override;
   Reactor* GetInfo(Context*, const v1::GetInfoRequest*, v1::GetInfoReply*) override;
   Reactor* ListAudit(Context*, const v1::ListAuditRequest*, v1::ListAuditReply*) override;
+  Reactor* OpenPage(Context*, const v1::OpenPageRequest*, v1::OpenPageReply*) override;
 
  private:
   using StudyCall = absl::Status (JobQueue::*)(StudyId, std::string_view, std::string_view);
 
   // coordinator_service_clients.cc
+  // Reads a study with the reasons of its READY jobs, cut to fit into a reply.
+  absl::Status GetStudyTo(StudyId study, v1::StudyStatus* reply);
   Reactor* EndNow(Context* context, const absl::Status& status);
   // Runs `body` on the clients' pool and ends the call with what it returns; ends it at once if
   // `checked` is an error.
@@ -82,22 +92,28 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   const JobKind* KindOf(const v1::CompleteRequest& request) const;
   bool Admit(Reactor* reactor, v1::ReportReply* reply, const absl::Status& status,
              const std::string& coordinator_id);
+  absl::Status CheckStore() const;  // OK unless the store is not there.
   bool IsForeign(const std::string& coordinator_id) const;
   void Enter();
   void Leave();
 
   JobQueue& queue_;
   Dispatcher& dispatcher_;
+  const WaitReasons& waits_;
   TaskPool& worker_pool_;
   TaskPool& client_pool_;
   const AnnouncedStore store_;
   const std::string coordinator_id_;
   const Store* const outputs_;
   ContentKeeper* const content_;
+  const StoreGuard* guard_ = nullptr;
   CallWatch watch_;  // Over streams that have not said hello.
   const WorkStreamContext streams_;
 
   ReportMeter meter_;
+
+  std::mutex page_mu_;
+  CoordinatorServer::PageOpener page_;  // Guarded by page_mu_.
 
   std::mutex mu_;
   std::condition_variable idle_;

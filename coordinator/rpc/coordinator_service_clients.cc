@@ -47,11 +47,17 @@ CoordinatorService::Reactor* CoordinatorService::Submit(Context* context,
                                                         const v1::SubmitRequest* request,
                                                         v1::SubmitReply* reply) {
   return ForClient(context, absl::OkStatus(), [this, context, request, reply]() -> absl::Status {
+    RETURN_IF_ERROR(CheckStore());
     RETURN_IF_ERROR(CheckSubmit(*request));
     v1::SubmitRequest resolved = *request;
     ResolveTraining(resolved.mutable_study());
     if (content_ != nullptr) RETURN_IF_ERROR(content_->CheckStudy(*resolved.mutable_study()));
     ASSIGN_OR_RETURN(*reply, queue_.Submit(resolved, ActorOf(*context)));
+    if (!reply->existed()) {
+      for (v1::WaitingJobs& jobs : waits_.UnservableOf(resolved.study())) {
+        *reply->add_unservable() = std::move(jobs);
+      }
+    }
     LogInfo(reply->existed() ? "study submitted again" : "study submitted",
             {{"study", request->study().name()}, {"study_id", reply->study_id()}});
     return absl::OkStatus();
@@ -70,21 +76,29 @@ CoordinatorService::Reactor* CoordinatorService::ListStudies(Context* context,
       ASSIGN_OR_RETURN(std::vector<v1::StudyStatus> studies, queue_.ListStudies(wanted, before));
       if (studies.empty()) break;
       before = studies.back().study_id();
-      for (v1::StudyStatus& study : studies) FitStudy(&study);
+      for (v1::StudyStatus& study : studies) {
+        waits_.AddTo(study);
+        FitStudy(&study);
+      }
       if (!AddItems(studies, reply->mutable_studies(), kMaxReasonBytes)) break;
     }
     return absl::OkStatus();
   });
 }
 
+absl::Status CoordinatorService::GetStudyTo(StudyId study, v1::StudyStatus* reply) {
+  ASSIGN_OR_RETURN(*reply, queue_.GetStudy(study));
+  waits_.AddTo(*reply);
+  FitStudy(reply);
+  return absl::OkStatus();
+}
+
 CoordinatorService::Reactor* CoordinatorService::GetStudy(Context* context,
                                                           const v1::GetStudyRequest* request,
                                                           v1::StudyStatus* reply) {
   const absl::Status status = CheckStudyId(request->study_id());
-  return ForClient(context, status, [this, request, reply]() -> absl::Status {
-    ASSIGN_OR_RETURN(*reply, queue_.GetStudy(StudyId{request->study_id()}));
-    FitStudy(reply);
-    return absl::OkStatus();
+  return ForClient(context, status, [this, request, reply] {
+    return GetStudyTo(StudyId{request->study_id()}, reply);
   });
 }
 
@@ -98,9 +112,7 @@ CoordinatorService::Reactor* CoordinatorService::ChangeStudy(Context* context,
     RETURN_IF_ERROR(CheckSteering(queue_, CallerOf(*context), study));
     JobQueue& queue = queue_;  // GCC 12 checks `queue_.*call` with a `this` that it has not set.
     RETURN_IF_ERROR((queue.*call)(study, request->reason(), ActorOf(*context)));
-    ASSIGN_OR_RETURN(*reply, queue.GetStudy(study));
-    FitStudy(reply);
-    return absl::OkStatus();
+    return GetStudyTo(study, reply);
   });
 }
 
@@ -156,9 +168,7 @@ CoordinatorService::Reactor* CoordinatorService::SetMaxRunning(
     RETURN_IF_ERROR(CheckSteering(queue_, CallerOf(*context), study));
     RETURN_IF_ERROR(
         queue_.SetMaxRunning(study, request->max_running(), request->reason(), ActorOf(*context)));
-    ASSIGN_OR_RETURN(*reply, queue_.GetStudy(study));
-    FitStudy(reply);
-    return absl::OkStatus();
+    return GetStudyTo(study, reply);
   });
 }
 
@@ -181,6 +191,7 @@ CoordinatorService::Reactor* CoordinatorService::ListJobs(Context* context,
   if (status.ok()) status = CheckJobState(request->after_state());
   return ForClient(context, status, [this, request, reply]() -> absl::Status {
     ASSIGN_OR_RETURN(std::vector<v1::JobStatus> jobs, queue_.ListJobs(*request));
+    RETURN_IF_ERROR(waits_.AddTo(jobs, request->study_id()));
     // Logs are bounded already, and their ends count.
     std::vector<std::string> logs;
     for (v1::JobStatus& job : jobs) logs.push_back(std::move(*job.mutable_log_tail()));
@@ -280,6 +291,25 @@ CoordinatorService::Reactor* CoordinatorService::GetInfo(Context* context,
   reply->set_coordinator_id(coordinator_id_);
   reply->set_protocol(kWorkProtocol);
   return EndNow(context, absl::OkStatus());
+}
+
+void CoordinatorService::SetPage(CoordinatorServer::PageOpener page) {
+  std::lock_guard lock(page_mu_);
+  page_ = std::move(page);
+}
+
+CoordinatorService::Reactor* CoordinatorService::OpenPage(Context* context,
+                                                          const v1::OpenPageRequest*,
+                                                          v1::OpenPageReply* reply) {
+  return ForClient(context, absl::OkStatus(), [this, context, reply]() -> absl::Status {
+    std::lock_guard lock(page_mu_);
+    if (page_ == nullptr) {
+      return FailedPrecondition(
+          "this coordinator serves no page: `coordinator serve --http HOST:PORT` does");
+    }
+    ASSIGN_OR_RETURN(*reply->mutable_url(), page_(CallerOf(*context)));
+    return absl::OkStatus();
+  });
 }
 
 CoordinatorService::Reactor* CoordinatorService::ListAudit(Context* context,

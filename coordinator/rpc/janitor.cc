@@ -2,6 +2,7 @@
 
 #include "common/base/system/log.h"
 #include "common/store/content.h"
+#include "coordinator/rpc/storage/unknown_folders.h"
 
 namespace parallax {
 namespace {
@@ -26,16 +27,14 @@ Janitor::~Janitor() {
 }
 
 absl::StatusOr<int> Janitor::Sweep() const {
+  RETURN_IF_ERROR(store_.CheckMarker());  // On a disk that is gone there is nothing to remove.
   int removed = 0;
   while (true) {
     ASSIGN_OR_RETURN(const std::vector<std::string> paths,
                      queue_.ListLitter(options_.leases * options_.lease_s, kPathsAtOnce));
     std::vector<std::string> gone;
     for (const std::string& path : paths) {
-      {
-        const std::lock_guard lock(mu_);
-        if (stopping_) break;
-      }
+      if (IsStopping()) break;
       absl::Status status = store_.RemoveTree(path);
       if (status.ok()) status = RemoveEmptyAttempt(path);
       if (status.ok() || absl::IsNotFound(status)) {
@@ -61,6 +60,17 @@ absl::StatusOr<int> Janitor::SweepContent() const {
   return content_->Sweep(lists);
 }
 
+absl::StatusOr<int> Janitor::SweepUnknown() const {
+  if (options_.unknown_s <= 0) return 0;
+  return RemoveUnknownFolders(queue_, store_, options_.unknown_s, Clock::System().UnixSeconds(),
+                              [this] { return IsStopping(); });
+}
+
+bool Janitor::IsStopping() const {
+  const std::lock_guard lock(mu_);
+  return stopping_;
+}
+
 // The folder of the attempt above a frame's, once its last frame is gone. An attempt that is over
 // writes nothing more, and no other one ever writes there.
 absl::Status Janitor::RemoveEmptyAttempt(const std::string& path) const {
@@ -83,6 +93,7 @@ void Janitor::Loop() {
     lock.unlock();
     log(Sweep(), "litter");
     if (sweep % options_.content_every == 0) log(SweepContent(), "users' content");
+    if (sweep % options_.unknown_every == 0) log(SweepUnknown(), "folders of no attempt");
     lock.lock();
     stop_.wait_for(lock, std::chrono::duration<double>(options_.every_s),
                    [this] { return stopping_; });

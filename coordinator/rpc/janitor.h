@@ -25,6 +25,9 @@ struct JanitorOptions {
   double leases = 5;       // Leases to wait before litter is removed.
   double every_s = 60;     // Time between sweeps; 0: only calls of Sweep().
   int content_every = 60;  // Sweeps from one removal of unused content to the next.
+  // Age at which folders of attempts that the database does not know are removed; 0: never.
+  double unknown_s = 7 * 86400.0;
+  int unknown_every = 1440;  // Sweeps from one search for them to the next.
 };
 
 // Thread-safe. Has one thread.
@@ -42,9 +45,13 @@ class Janitor {
   // Removes the users' content that no study names any more (content_keeper.h). Returns the number
   // of removed files. Errors: those of the queue and of the keeper.
   absl::StatusOr<int> SweepContent() const;
+  // Removes folders of attempts that the database does not know (unknown_folders.h). Returns their
+  // number. Errors: those of the queue and of the store.
+  absl::StatusOr<int> SweepUnknown() const;
 
  private:
   void Loop();
+  bool IsStopping() const;
   absl::Status RemoveEmptyAttempt(const std::string& path) const;
 
   JobQueue& queue_;

@@ -74,6 +74,7 @@ absl::Status CheckHello(const v1::Hello& hello, const KindRegistry& kinds) {
   RETURN_IF_ERROR(CheckWord("hello.version", hello.version()));
   RETURN_IF_ERROR(CheckWord("hello.build_id", hello.build_id()));
   RETURN_IF_ERROR(CheckWord("hello.instance", hello.instance()));
+  RETURN_IF_ERROR(CheckWord("hello.machine", hello.machine()));
   RETURN_IF_ERROR(CheckRange("hello.holding", hello.holding_size(), 0, kMaxHeld));
   for (const v1::AttemptId& attempt : hello.holding()) RETURN_IF_ERROR(CheckAttempt(attempt));
   for (const auto& [stage, version] : hello.stage_versions()) {

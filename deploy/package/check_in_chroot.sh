@@ -83,7 +83,8 @@ say "wheel of $(megabytes "$root"/dist/parallax_stereo-"$version"-*.whl) MB: ins
 if [ -e "$root/dist/parallax-trainer-$version-linux-x86_64.tar.xz" ]; then
   inside "cd 'else where'; tar -xJf /dist/parallax-trainer-$version-linux-x86_64.tar.xz --strip-components=1; bin/trainer --help >/dev/null"
   say "trainer: unpacked over the tarball; starts"
-  inside "venv/bin/pip install --quiet --no-index /dist/parallax_stereo_trainer-$version-*.whl"
+  inside "venv/bin/pip install --quiet --no-index --find-links /dist/wheels \
+    /dist/parallax_stereo_trainer-$version-*.whl opencv-python-headless"
   start=$(seconds)
   inside "cd /repository; ln -s /dist ~/dist; export PIP_NO_INDEX=1 PIP_FIND_LINKS=/dist/wheels
     . ~/venv/bin/activate

@@ -84,6 +84,12 @@ def is_group(schema, field):
     return field.type == field.TYPE_MESSAGE and not is_distribution(field) and field.type_name in schema.messages
 
 
+def texts_of(schema, name, field):
+    """The list of texts whose items that are maps `field` takes ("benchmarks" of "own_benchmarks"); "" for others."""
+    listed = field.name.removeprefix("own_")
+    return listed if listed != field.name and any(f.name == listed for f in schema.messages[name].field) else ""
+
+
 def bounds(rule):
     parts = []
     if rule.HasField("min") or rule.HasField("max"):
@@ -103,6 +109,9 @@ def rows(schema, name, prefix=""):
         comment = one_line(schema.comments[f"{name}.{field.name}"])
         if is_group(schema, field) and field.label != field.LABEL_REPEATED:
             yield from rows(schema, field.type_name, path + ".")
+            continue
+        if listed := texts_of(schema, name, field):
+            yield from rows(schema, field.type_name, f"{prefix}{listed}[].")
             continue
         if is_group(schema, field):
             yield path, "", "list", comment
@@ -172,28 +181,35 @@ def field_schema(schema, name, field):
 
 
 def message_schema(schema, name):
-    return {"type": "object", "additionalProperties": False,
-            "properties": {f.name: field_schema(schema, name, f) for f in schema.messages[name].field}}
+    properties = {f.name: field_schema(schema, name, f) for f in schema.messages[name].field}
+    for field in schema.messages[name].field:
+        if listed := texts_of(schema, name, field):
+            maps = properties.pop(field.name)["items"]
+            properties[listed]["items"] = {"anyOf": [properties[listed]["items"], maps]}
+    return {"type": "object", "additionalProperties": False, "properties": properties}
 
 
 def write_json_schemas(schema, out):
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$defs": {"Distribution": distribution_schema()}}
     scene = message_schema(schema, ".parallax.v1.SceneConfig")
-    # A study's own words (common/config/load.cc); `base` names a scene config that `set` is merged onto.
-    number = {"type": "integer", "minimum": 1}
+    # A study's own words (common/config/study_loader.cc); `base` names a scene config that `set` is merged onto.
+    number, of_scene = {"type": "integer", "minimum": 1}, {"$ref": "#/$defs/Scene"}
     variant = {"type": "object", "required": ["name"], "additionalProperties": False, "properties": {
         "name": {"type": "string"}, "base": {"type": "string"}, "pairs": number, "rigs_per_scene": number,
-        "seed": {"type": "integer", "minimum": 0}, "set": scene, "config": scene,
+        "seed": {"type": "integer", "minimum": 0}, "set": of_scene, "config": of_scene,
         "heldout": {"type": "boolean", "description":
                     one_line(schema.comments[".parallax.v1.VariantSpec.heldout"]) + " Only in study.lock.yaml."}}}
-    study = {"type": "object", "additionalProperties": False, "required": ["study", "variants"], "properties": {
-        "study": {"type": "string"}, "base": {"type": "string"}, "seed": {"type": "integer", "minimum": 0},
+    own = [{"required": ["study", "variants"]}, {"required": ["extends"]}]
+    study = {"type": "object", "additionalProperties": False, "anyOf": own, "properties": {
+        "study": {"type": "string"}, "extends": {"type": "string"}, "base": {"type": "string"}, "set": of_scene,
+        "seed": {"type": "integer", "minimum": 0},
         "pairs": number, "rigs_per_scene": number, "priority": {"type": "integer"},
         "tags": {"type": "array", "items": {"type": "string"}}, "memory_mb": {"type": "integer", "minimum": 0},
         "variants": {"type": "array", "items": variant, "minItems": 1},
         "train": message_schema(schema, ".parallax.v1.TrainSpec"),
         "evaluate": message_schema(schema, ".parallax.v1.EvaluateSpec")}}
-    for name, body in (("scene", scene), ("study", study)):
+    for name, body, more in (("scene", scene, {}), ("study", study, {"Scene": scene})):
+        head["$defs"] |= more
         text = json.dumps({**head, "title": f"Parallax {name}", **body}, indent=1)
         (out / f"{name}.schema.json").write_text(text + "\n")
 

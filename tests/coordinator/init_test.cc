@@ -141,7 +141,8 @@ TEST_F(InitTest, ARevokedCertificateIsListedAndOutlivesTheServersRenewal) {
   ASSERT_TRUE(revoked.ok()) << revoked.status();
   EXPECT_TRUE((*revoked)->Contains(old));
   EXPECT_FALSE((*revoked)->Contains((*Load("submitter-ada"))->facts.sha256));
-  EXPECT_EQ(*ReadFile(options_.dir + "/server/revoked"), old + "  # submitter-ada\n");
+  EXPECT_EQ(*ReadFile(options_.dir + "/server/revoked"),
+            kEmptyRevokedList + old + "  # submitter-ada\n");
   options_.revoke = {"submitter-eve"};
   EXPECT_THAT(std::string(Init().message()), HasSubstr("has no folder 'submitter-eve'"));
 }

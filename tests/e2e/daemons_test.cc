@@ -245,6 +245,22 @@ TEST_F(DaemonsTest, EachStartUpErrorHasItsLineAndExitStatus) {
   EXPECT_FALSE(fs::exists(directory_ + "/text.db.lock")) << "left beside somebody's file";
 }
 
+TEST_F(DaemonsTest, TooFewDescriptorsOrThreadsHaveTheirLine) {
+  const auto limited = [this](const std::string& limits) {
+    std::vector<std::string> command = {"/bin/sh", "-c", limits + "; exec \"$@\"", "sh"};
+    for (const std::string& word : ServeCommand()) command.push_back(word);
+    return command;
+  };
+  ExpectRefusal(limited("ulimit -n 40"), 1, "ulimit -n");
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  // No address space for the stacks of so many: threads can't be made, as where a container bounds
+  // their number.
+  for (const char* space : {"3000000", "9000000"}) {
+    ExpectRefusal(limited(std::string("ulimit -s 262144; ulimit -v ") + space), 1, "ulimit -u");
+  }
+#endif
+}
+
 TEST_F(DaemonsTest, ADatabaseFromTheFutureIsRefused) {
   StartCoordinator();
   coordinator_->Signal(SIGTERM);

@@ -367,6 +367,86 @@ TEST_F(RunTest, AnotherStudyDoesNotMoveIntoADataset) {
   ExpectComplete(out, 2);
 }
 
+TEST_F(RunTest, AStudyThatGrowsOrChangesRendersOnlyWhatIsNew) {
+  const std::string out = dir_ + "/out";
+  EXPECT_EQ(Run(out)["pairs_rendered"], 4);
+  const std::string third =
+      "  - name: third\n"
+      "    set:\n"
+      "      floating: {count: 1}\n"
+      "      rigs: {count: 4, width_px: 64, height_px: 48}\n"
+      "      render: {profile: preview, samples_per_pixel: 2}\n";
+  std::ofstream(study_) << kStudy << third;
+  Json report = Run(out);
+  EXPECT_EQ(report["pairs_rendered"], 2) << "the third variant's";
+  EXPECT_EQ(report["set_aside"], Json::array());
+  EXPECT_EQ(Index(out, "third").size(), 2u);
+  ExpectComplete(out, 2);
+
+  // Other settings of one variant: its old pairs stay, elsewhere.
+  std::string changed = third;
+  changed.replace(changed.find("samples_per_pixel: 2"), 20, "samples_per_pixel: 3");
+  std::ofstream(study_) << kStudy << changed;
+  report = Run(out);
+  EXPECT_EQ(report["pairs_rendered"], 2);
+  ASSERT_EQ(report["set_aside"].size(), 1u) << report;
+  EXPECT_THAT(report["set_aside"][0].get<std::string>(),
+              HasSubstr("variant third: other settings"));
+  const std::string aside = out + "/.parallax/aside/001";
+  EXPECT_EQ(Index(aside, "third").size(), 2u);
+  EXPECT_TRUE(fs::exists(aside + "/third/frames/000000/000/left.png"));
+  EXPECT_EQ(Index(out, "third").size(), 2u);
+  ExpectComplete(out, 2);
+
+  // Back to the first form: all of it is known.
+  std::ofstream(study_) << kStudy;
+  report = Run(out);
+  EXPECT_EQ(report["pairs_rendered"], 0);
+  EXPECT_FALSE(fs::exists(out + "/third"));
+  ExpectComplete(out, 2);
+  Process verify({PARALLAX_BINARY, "verify", out});
+  EXPECT_EQ(verify.Wait(), 0) << verify.Out() << verify.Err();
+}
+
+TEST_F(RunTest, DatasetsThatShareAStoreUseEachOthersPairs) {
+  const std::string store = dir_ + "/shared";
+  EXPECT_EQ(Run(dir_ + "/one", {"--store", store})["pairs_rendered"], 4);
+  EXPECT_FALSE(fs::exists(dir_ + "/one/.parallax/store"));
+  const Json report = Run(dir_ + "/two", {"--store", store, "--pairs", "3"});
+  EXPECT_EQ(report["pairs_rendered"], 2) << "one pair more of each variant";
+  EXPECT_EQ(report["frames_in_dataset"], 6);
+  // The folder knows its store.
+  EXPECT_EQ(Run(dir_ + "/one")["pairs_rendered"], 0);
+  EXPECT_FALSE(fs::exists(dir_ + "/one/.parallax/queue.db"));
+  // A dataset stays whole without its store.
+  fs::remove_all(store);
+  Process verify({PARALLAX_BINARY, "verify", dir_ + "/two"});
+  EXPECT_EQ(verify.Wait(), 0) << verify.Out() << verify.Err();
+}
+
+TEST_F(RunTest, OwnPairsAreABenchmarkOfAStudy) {
+  fs::create_directories(dir_ + "/pairs");
+  ASSERT_EQ(Run(dir_ + "/out")["pairs_rendered"], 4);
+  const std::string frame = dir_ + "/out/narrow/frames/000000/000/";
+  fs::copy_file(frame + "left.png", dir_ + "/pairs/l.png");
+  fs::copy_file(frame + "right.png", dir_ + "/pairs/r.png");
+  fs::copy_file(frame + "disparity_left.exr", dir_ + "/pairs/d.exr");
+  std::ofstream(dir_ + "/pairs/list.txt") << "l.png r.png d.exr\n";
+  std::ofstream(study_) << kStudy
+                        << "evaluate:\n  benchmarks: [{name: mine, list: pairs/list.txt}]\n";
+  const Json report = Run(dir_ + "/out");
+  EXPECT_EQ(report["pairs_rendered"], 0);
+  EXPECT_EQ(report["evaluations"], 1);
+  const std::string scores = dir_ + "/out/scores/mine.sgbm.opencv.jsonl";
+  EXPECT_TRUE(fs::exists(scores));
+  // Other content is another benchmark: scored anew, the old scores are kept.
+  fs::copy_file(frame + "left.png", dir_ + "/pairs/r.png", fs::copy_options::overwrite_existing);
+  const Json again = Run(dir_ + "/out");
+  EXPECT_EQ(again["set_aside"].size(), 1u) << again;
+  EXPECT_NE(ReadText(scores),
+            ReadText(dir_ + "/out/.parallax/aside/001/scores/mine.sgbm.opencv.jsonl"));
+}
+
 TEST_F(RunTest, OtherFiltersRenderNothingAndRewriteTheVerdicts) {
   const std::string out = dir_ + "/out";
   EXPECT_EQ(Run(out)["pairs_rendered"], 4);

@@ -42,7 +42,8 @@ constexpr char kPairs[] =
 class TrainTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::string name = fs::temp_directory_path() / "parallax_train_XXXXXX";
+    // With a blank, as in many a home folder: lists for trainers separate their fields by blanks.
+    std::string name = fs::temp_directory_path() / "parallax train_XXXXXX";
     ASSERT_NE(mkdtemp(name.data()), nullptr);
     dir_ = name;
     fs::create_directories(dir_ + "/trainers");

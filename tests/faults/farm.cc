@@ -1,7 +1,6 @@
 #include "tests/faults/farm.h"
 
 #include <grpcpp/grpcpp.h>
-#include <httplib.h>
 #include <signal.h>
 
 #include <cstdio>
@@ -15,6 +14,7 @@
 #include "common/base/system/file.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
+#include "common/store/http_client.h"
 #include "tests/job_messages.h"
 
 namespace parallax::faults {
@@ -206,11 +206,11 @@ bool Farm::WaitForEnd(int64_t study, double limit_s) {
 }
 
 double Farm::Metric(const std::string& name) {
-  httplib::Client client("http://" + http_);
-  const auto answer = client.Get("/metrics");
-  if (!answer || answer->status != 200) return -1;
-  const size_t at = answer->body.find("\n" + name + " ");
-  return at == std::string::npos ? -1 : std::atof(answer->body.c_str() + at + name.size() + 2);
+  const HttpAnswer answer =
+      HttpClient(HttpFarm()).Send({.method = "GET", .url = "http://" + http_ + "/metrics"});
+  if (answer.code != 200) return -1;
+  const size_t at = answer.body.find("\n" + name + " ");
+  return at == std::string::npos ? -1 : std::atof(answer.body.c_str() + at + name.size() + 2);
 }
 
 std::map<std::tuple<std::string, uint32_t, uint32_t>, Farm::Published> Farm::Frames(int64_t study,

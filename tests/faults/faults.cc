@@ -36,6 +36,7 @@ const Entry kExperiments[] = {
     {"invariance", "10: the real study in peace and under all of it: the same dataset", Invariance},
     {"versions", "9: an older release's worker and database; with --old, its programs under load",
      Versions},
+    {"strangers", "11: crowds, endless requests and slow callers at both ports", Strangers},
     {"power-cut", "2: power cuts; what was not synced is lost in part and out of order", PowerCut},
 };
 
@@ -89,6 +90,8 @@ int Main(int argc, char** argv) {
     command->add_option(
         "--old", options.old_bin,
         "versions: folder with `coordinator` and `noop_worker` of an older release");
+    command->add_option("--seconds", options.seconds,
+                        "invariance: seconds of kills and stops (default 20)");
     command->add_option("--rows", options.rows, "kill-coordinator: jobs in the database before");
     return command;
   };

@@ -67,6 +67,7 @@ class Client {
     Forget();
     Drain();
     Limit();
+    Repair();
   }
 
  private:
@@ -278,6 +279,16 @@ class Client {
     order.set_actor("client");
     (void)queue_.Drain(order, /*undo=*/false);
     (void)queue_.Drain(order, /*undo=*/true);
+  }
+
+  // A bit of a published result has flipped.
+  void Repair() {
+    const auto outputs = queue_.ListStoredOutputs("", 2);
+    if (!outputs.ok() || outputs->empty()) return;
+    const StoredOutput& output = outputs->front();
+    (void)queue_.TakeBack({{output.key, output.folder, "a bit has flipped"}}, "client");
+    (void)queue_.KeepScrub(
+        {.position = std::string(output.key.begin(), output.key.end()), .files = number_});
   }
 
   // Acts as a zombie: reports a result under a lease that ended long ago.

@@ -190,6 +190,7 @@ class AgentImpl final : public Agent {
       return ReportUnusable(lease,
                             Unimplemented("this worker does no jobs of kind '{}'", lease.kind()));
     }
+    if (!StoreIsThere()) return link_.HandBack(attempt, "the store is gone from this machine");
     if (handler->writes_output()) {
       absl::StatusOr<AttemptFolder> found = folders_.Of(lease);
       if (!found.ok()) return ReportUnusable(lease, found.status());
@@ -201,6 +202,19 @@ class AgentImpl final : public Agent {
       return link_.HandBack(attempt, "no free slot");
     }
     retirement_.Began(KeyOf(attempt), clock_.Steady());
+  }
+
+  // Says so when the store goes, and when it is back.
+  bool StoreIsThere() {
+    const absl::Status status = folders_.CheckStore();
+    if (status.ok() != store_gone_) return status.ok();
+    store_gone_ = !status.ok();
+    if (store_gone_) {
+      LogError("the store is gone; no work is taken until it is back", {{"error", status}});
+    } else {
+      LogInfo("the store is back; work is taken again");
+    }
+    return status.ok();
   }
 
   void ReportUnusable(const v1::Lease& lease, const absl::Status& status) {
@@ -268,6 +282,7 @@ class AgentImpl final : public Agent {
     if (!link_.IsWelcomed() || departure_.leaving()) return;
     if (!retirement_.TakesWork(clock_.Steady())) return;
     if (reports_.HasUntriedLeftovers(link_.coordinator_id())) return;
+    if (!StoreIsThere()) return;
     const int soon = options_.ahead_s > 0 ? CountEndingSoon(slots_.Running(), options_.ahead_s) : 0;
     const std::optional<v1::Credit> credit =
         CreditFor({.slots = options_.slots,
@@ -362,6 +377,7 @@ class AgentImpl final : public Agent {
   AttemptFolders folders_;
   CoordinatorLink link_;
   Departure departure_;
+  bool store_gone_ = false;
   int credit_ = 0;  // Leases asked for in this session and not given yet.
   bool finished_ = false;
   absl::Status fatal_;

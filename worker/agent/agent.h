@@ -36,6 +36,7 @@ struct AgentOptions {
   std::string build_id;
   StageVersions versions;  // The versions of the runner's stages.
   std::string instance;    // Names this process; a restart under the same name has another.
+  std::string machine;     // Where it runs; equal for all workers of a machine.
   // Overrides the coordinator's: the same store under another path of this machine.
   std::string store_uri;
   std::string outbox_root;     // Folder of all outboxes of this machine; see outbox.h.

@@ -40,7 +40,8 @@ Exit status:
 
 constexpr double kLongestS = 1e7;  // 115 days.
 
-std::string DefaultName() {
+// This machine's name, as far as a worker's name can have it.
+std::string MachineName() {
   char host[256] = "worker";
   gethostname(host, sizeof host - 1);
   std::string name = host;
@@ -48,8 +49,10 @@ std::string DefaultName() {
     if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.' && c != '-') c = '-';
   }
   if (!std::isalnum(static_cast<unsigned char>(name[0]))) name = "worker" + name;
-  return fmt::format("{}-{}", name.substr(0, 80), getpid());
+  return name.substr(0, 80);
 }
+
+std::string DefaultName() { return fmt::format("{}-{}", MachineName(), getpid()); }
 
 // Returns a folder named in the environment; "" unless it is absolute.
 std::string FolderFrom(const char* variable) {
@@ -240,6 +243,7 @@ absl::StatusOr<AgentOptions> AgentOptionsOf(const WorkerCommandLine& line,
   options.version = kProgramVersion;
   options.instance =
       fmt::format("{}-{}", getpid(), Clock::System().Steady().time_since_epoch().count());
+  options.machine = MachineName();
   // Coordinators from before the versions of stages compare this and refuse.
   options.build_id =
       std::string("generator-") + kLayoutVersion + "." + kSceneVersion + "." + kFrameVersion;

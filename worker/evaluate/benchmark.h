@@ -39,6 +39,12 @@ struct BenchmarkPair {
   std::function<absl::StatusOr<PairTruth>()> read_truth;
 };
 
+// A file of a benchmark of the user's own.
+struct BenchmarkFile {
+  std::string path;  // Absolute.
+  std::string name;  // In a copy of the benchmark: relative to its folder.
+};
+
 // A benchmark that was opened: its pairs and its figures.
 struct Benchmark {
   std::string name;
@@ -48,6 +54,10 @@ struct Benchmark {
   int pairs_published = 0;      // Pairs of the whole set; 0 where that isn't fixed.
   bool own = false;             // Pairs of the user: they are checked before they are predicted.
   std::vector<BenchmarkPair> pairs;
+  // Of the kinds "list" and "folder": all files that are read, and of a list what stands in the
+  // list of a copy, where files have the names above.
+  std::vector<BenchmarkFile> files;
+  std::string list;
 };
 
 // A kind of benchmark, before it is opened.

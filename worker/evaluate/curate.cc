@@ -84,10 +84,10 @@ absl::StatusOr<int64_t> ScoreFrames(const DatasetVariant& variant, const Curatio
   return total - known;
 }
 
-std::map<FrameKey, double> AmbiguousShares(const DatasetVariant& variant,
-                                           const std::vector<std::string>& network_ids,
-                                           const CurationLog& log) {
-  std::map<FrameKey, double> shares;
+std::map<FrameId, double> AmbiguousShares(const DatasetVariant& variant,
+                                          const std::vector<std::string>& network_ids,
+                                          const CurationLog& log) {
+  std::map<FrameId, double> shares;
   for (const DatasetFrame& frame : variant.frames) {
     double sum = 0;
     bool whole = !network_ids.empty();

@@ -44,8 +44,8 @@ absl::StatusOr<int64_t> ScoreFrames(const DatasetVariant& variant, const Curatio
 // Returns for each frame the mean share of bad pixels over the networks, in [0, 1]. For one network
 // this is its bad-2. With several, the mean is the expected share for a network drawn at random.
 // Frames that a network has not scored, and frames without any truth, have no entry.
-std::map<FrameKey, double> AmbiguousShares(const DatasetVariant& variant,
-                                           const std::vector<std::string>& network_ids,
-                                           const CurationLog& log);
+std::map<FrameId, double> AmbiguousShares(const DatasetVariant& variant,
+                                          const std::vector<std::string>& network_ids,
+                                          const CurationLog& log);
 
 }  // namespace parallax

@@ -2,22 +2,28 @@
 // pair.
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 
 #include "common/base/status.h"
 #include "common/base/system/file.h"
 #include "common/base/system/log.h"
+#include "common/config/content_folders.h"
+#include "common/store/content.h"
 #include "common/store/store.h"
 #include "parallax/v1/train.pb.h"
 #include "worker/agent/attempts/failure.h"
 #include "worker/evaluate/benchmark.h"
 #include "worker/evaluate/evaluation.h"
+#include "worker/evaluate/own_benchmark.h"
 #include "worker/evaluate/prediction_sheet.h"
+#include "worker/jobs/files/content_cache.h"
 #include "worker/jobs/files/frame_folder.h"
 #include "worker/jobs/files/kept_files.h"
 #include "worker/jobs/files/store_files.h"
 #include "worker/jobs/jobs.h"
 #include "worker/jobs/training/log_reader.h"
 #include "worker/jobs/training/network_predictor.h"
+#include "worker/materials/pictures/user_picture.h"
 
 namespace parallax {
 namespace {
@@ -63,6 +69,7 @@ class EvaluateAttempt {
                                   threads_, cancel_, [this] { progress_(0, "wait for cores"); }));
     }
     progress_(0, "predict");
+    progress_.FollowLog(work_dir_ + "/predictor.log");
     absl::StatusOr<Evaluation> evaluation = Evaluate(*predictor, benchmark, Options());
     if (!evaluation.ok()) return Failed(evaluation.status());
     DropGroups(job_.group_by(), evaluation->images);
@@ -81,7 +88,30 @@ class EvaluateAttempt {
     return WithLogTail(MakeError(status.code(), message), log.Tail());
   }
 
+  // The user's own pairs, checked by their hash: below the folder of benchmarks, by their path or
+  // its last part; below the picture root; or from the store.
+  absl::StatusOr<Benchmark> OpenOwn() const {
+    v1::OwnBenchmark own = job_.own();
+    const std::optional<ContentReference> reference = FindContentReference(PathOfBenchmark(own));
+    const fs::path named = reference ? reference->path : PathOfBenchmark(own);
+    for (const fs::path& part : {named, named.filename()}) {
+      const fs::path place = fs::path(options_.benchmarks_dir) / part;
+      std::error_code error;
+      if (options_.benchmarks_dir.empty() || !fs::exists(place, error)) continue;
+      absl::StatusOr<Benchmark> opened = OpenOwnBenchmark(own, place);
+      if (opened.ok()) return opened;
+    }
+    ASSIGN_OR_RETURN(const std::string path,
+                     ContentCache(options_.content_cache)
+                         .Bring(*folder_.store, PathOfBenchmark(own),
+                                {cancel_, [this] { progress_(0, "content"); }}));
+    if (path.starts_with('/')) own.clear_sha256();  // Each file of the cache has been checked.
+    ASSIGN_OR_RETURN(const std::string place, BelowPictureRoot(path));
+    return OpenOwnBenchmark(own, place);
+  }
+
   absl::StatusOr<Benchmark> Open() const {
+    if (job_.has_own()) return OpenOwn();
     if (job_.benchmark() != kHeldout) {
       // Kinds that take a path would let a submitter read this machine's files.
       if (job_.benchmark().find_first_of(":=/") != std::string::npos) {

@@ -145,6 +145,7 @@ class TrainAttempt {
         if (step != figures.end()) told_step = static_cast<int64_t>(step->second);
         progress_(fraction, stage, figures);
       };
+      progress_.FollowLog(plan_.work_dir + "/log.txt");
       absl::StatusOr<TrainedNetwork> trained =
           RunTrainer(plan_, resume_, keeper_, cancel_, progress);
       const bool went_on = !resume_ || told_step > resume_->facts.step;

@@ -152,7 +152,7 @@ class MaterialChooser {
     if (!file.ok()) return false;  // SlotsOf has reported it.
     const auto& slots = (*file)->mesh.slots;
     for (size_t i = 0; i < slots.size(); ++i) {
-      if (slots[i].name == slot.name) return (*file)->materials[i].has_value();
+      if (slots[i].name == slot.name) return (*file)->materials[i].looks.has_value();
     }
     return false;
   }

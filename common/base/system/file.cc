@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <filesystem>
 
 namespace parallax {
 
@@ -55,6 +56,12 @@ absl::Status WriteFile(const std::string& path, std::string_view bytes, bool syn
     ::unlink(path.c_str());
   }
   return status;
+}
+
+absl::Status MakeFolders(const std::string& dir) {
+  std::error_code error;
+  std::filesystem::create_directories(dir, error);
+  return error ? ErrnoError(error.value(), "make " + dir) : absl::OkStatus();
 }
 
 }  // namespace parallax

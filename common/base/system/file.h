@@ -18,4 +18,7 @@ absl::StatusOr<std::string> ReadFile(const std::string& path, size_t max_bytes =
 // write(2) and fsync(2), naming the path.
 absl::Status WriteFile(const std::string& path, std::string_view bytes, bool sync = false);
 
+// Makes the folder `dir` of this machine, with its parents. Errors: those of mkdir(2).
+absl::Status MakeFolders(const std::string& dir);
+
 }  // namespace parallax

@@ -56,7 +56,9 @@ void ConfigErrors::Add(const Origin& origin, std::string_view what) {
   // Keys of a file that are no field stand in a path as they came.
   if (!origin.path.empty()) text += Printable(origin.path) + ": ";
   told_.emplace(file, origin.path);
-  errors_.push_back({file, origin.line, text += what});
+  text += what;
+  // A tree that is merged into several messages has the same errors each time.
+  if (texts_.insert(text).second) errors_.push_back({file, origin.line, std::move(text)});
 }
 
 bool ConfigErrors::WasTold(const Origin& origin) const {

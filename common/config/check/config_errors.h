@@ -39,7 +39,7 @@ class Origins {
 // The errors of one load. Not thread-safe.
 class ConfigErrors {
  public:
-  // Adds one error. `what` says what was seen and what is allowed.
+  // Adds one error, unless the same is there. `what` says what was seen and what is allowed.
   void Add(const Origin& origin, std::string_view what);
   // Adds the findings of checks in a message that was read from `file` and the files that it names.
   // A value that the reader has already reported is not reported again.
@@ -61,6 +61,7 @@ class ConfigErrors {
   std::vector<std::string> files_;  // In order of appearance.
   std::vector<Error> errors_;
   std::set<std::pair<size_t, std::string>> told_;  // File and path.
+  std::set<std::string> texts_;
   int dropped_ = 0;
 };
 

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cctype>
+#include <set>
+#include <sstream>
+#include <utility>
 
+#include "common/base/edit_distance.h"
 #include "common/base/names.h"
 #include "common/config/camera_settings.h"
 #include "common/config/catalogue_names.h"
@@ -10,6 +14,7 @@
 #include "common/config/check/field_rules.h"
 #include "common/config/check/limits.h"
 #include "common/config/config.h"
+#include "common/config/frame_maps.h"
 
 namespace parallax::config_internal {
 namespace {
@@ -201,7 +206,6 @@ void CheckSensor(const v1::SceneConfig& config, const std::string& path, Finding
   if (sensor.preset().empty() || sensor.preset() == "off") {
     return CheckSensorOff(sensor, Dotted(path, "sensor"), findings);
   }
-  const auto& maps = config.render().maps();
   const auto tell = [&](const char* field, std::string what) {
     findings->push_back({Dotted(path, field), std::move(what)});
   };
@@ -211,12 +215,26 @@ void CheckSensor(const v1::SceneConfig& config, const std::string& path, Finding
                               ", which makes its pictures of what render.keep_hdr "
                               "keeps, allowed with render.keep_hdr: true");
   }
-  if (std::find(maps.begin(), maps.end(), "depth") != maps.end()) return;
+  if (HasMap(config.render(), "depth")) return;
   if (SupportOf(sensor.defocus_px()).high > 0) {
     tell("render.maps", "without depth, which sensor.defocus_px is worked out from");
   }
   if (SupportOf(sensor.exposure_ms()).high > 0) {
     tell("render.maps", "without depth, which the blur of sensor.exposure_ms is worked out from");
+  }
+}
+
+// Checks that the maps are written that others need beside them.
+void CheckMapsBeside(const v1::RenderConfig& render, const std::string& path, Findings* findings) {
+  std::set<std::pair<std::string, std::string>> found;
+  for (const FrameMap& row : FrameMaps()) {
+    if (!row.IsIn(render)) continue;
+    std::istringstream needs{std::string(row.needs)};
+    for (std::string need; needs >> need;) {
+      if (!Contains(FrameMapNames(), need) || HasMap(render, need)) continue;
+      if (!found.emplace(row.map, need).second) continue;
+      findings->push_back({path, fmt::format("{} without {}, allowed with both", row.map, need)});
+    }
   }
 }
 
@@ -260,6 +278,7 @@ void CheckConfig(const v1::SceneConfig& config, const std::string& path, Finding
   CheckFields(config, path, findings);
   if (findings->size() > before) return;  // Each number by itself first.
   CheckSensor(config, path, findings);
+  CheckMapsBeside(config.render(), Dotted(path, "render.maps"), findings);
   CheckBiomes(config.nature().biomes(), Dotted(path, "nature.biomes"), findings);
   CheckSequences(config, path, findings);
   if (config.floating().placement() == v1::FloatingConfig::PLACEMENT_STREET &&

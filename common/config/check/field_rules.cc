@@ -4,8 +4,6 @@
 #include <charconv>
 #include <cmath>
 
-#include "common/base/edit_distance.h"
-
 namespace parallax::config_internal {
 
 using google::protobuf::EnumDescriptor;
@@ -69,9 +67,25 @@ std::vector<std::string> EnumTexts(const FieldDescriptor& field) {
   return names;
 }
 
+const FieldDescriptor* MapsFieldOf(const FieldDescriptor& field) {
+  if (RuleOf(field).names() != v1::FieldRule::NAMES_BENCHMARK) return nullptr;
+  return field.containing_type()->FindFieldByName("own_" + field.name());
+}
+
+const FieldDescriptor* FindKey(const google::protobuf::Descriptor& type, const std::string& key) {
+  const FieldDescriptor* field = type.FindFieldByName(key);
+  for (int i = 0; field != nullptr && i < type.field_count(); ++i) {
+    if (MapsFieldOf(*type.field(i)) == field) return nullptr;
+  }
+  return field;
+}
+
 std::vector<std::string> FieldNames(const google::protobuf::Descriptor& type) {
   std::vector<std::string> names;
-  for (int i = 0; i < type.field_count(); ++i) names.push_back(type.field(i)->name());
+  for (int i = 0; i < type.field_count(); ++i) {
+    const std::string& name = type.field(i)->name();
+    if (FindKey(type, name) != nullptr) names.push_back(name);
+  }
   return names;
 }
 
@@ -86,24 +100,6 @@ bool Differs(const google::protobuf::Message& a, const google::protobuf::Message
 
 std::string Dotted(const std::string& path, const std::string& name) {
   return path.empty() ? name : path + "." + name;
-}
-
-std::string NearestName(std::string_view name, const std::vector<std::string>& known) {
-  int best_distance = std::max(2, static_cast<int>(name.size()) / 3) + 1;
-  std::string best;
-  for (const std::string& candidate : known) {
-    const int distance = static_cast<int>(EditDistance(name, candidate));
-    if (distance < best_distance) {
-      best_distance = distance;
-      best = candidate;
-    }
-  }
-  return best;
-}
-
-std::string NearestHint(std::string_view name, const std::vector<std::string>& known) {
-  const std::string best = NearestName(name, known);
-  return best.empty() ? "" : ", did you mean " + best + "?";
 }
 
 std::string JoinNames(const std::vector<std::string>& names) {

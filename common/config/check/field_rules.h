@@ -27,7 +27,16 @@ std::string WhyNotNumber(double value, const v1::FieldRule& rule);
 std::string EnumText(const google::protobuf::EnumValueDescriptor& value);
 // Returns the values that an enum field may have: those of its rule, or all but 0.
 std::vector<std::string> EnumTexts(const google::protobuf::FieldDescriptor& field);
-// Returns the names of a message's fields, in the order of their declaration.
+// Returns the field of the same message that takes the items of a list of texts which are maps:
+// own_benchmarks of benchmarks. Null for all other fields.
+const google::protobuf::FieldDescriptor* MapsFieldOf(
+    const google::protobuf::FieldDescriptor& field);
+// Returns the field that a key of a file names; null if there is none. A field that takes the maps
+// of another one has no key.
+const google::protobuf::FieldDescriptor* FindKey(const google::protobuf::Descriptor& type,
+                                                 const std::string& key);
+// Returns the names of a message's fields that are keys of files, in the order of their
+// declaration.
 std::vector<std::string> FieldNames(const google::protobuf::Descriptor& type);
 // Returns whether two messages of one type have different values in a field.
 bool Differs(const google::protobuf::Message& a, const google::protobuf::Message& b,
@@ -39,9 +48,5 @@ std::string Dotted(const std::string& path, const std::string& name);
 std::string NumberText(double value);
 // Joins names for a message: "a, b, c".
 std::string JoinNames(const std::vector<std::string>& names);
-// Returns the known name that `name` was probably meant to be; "" if none is similar.
-std::string NearestName(std::string_view name, const std::vector<std::string>& known);
-// Returns ", did you mean X?"; "" if no known name is similar.
-std::string NearestHint(std::string_view name, const std::vector<std::string>& known);
 
 }  // namespace parallax::config_internal

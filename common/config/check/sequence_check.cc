@@ -6,6 +6,7 @@
 #include "common/config/check/field_rules.h"
 #include "common/config/check/limits.h"
 #include "common/config/check/rig_counts.h"
+#include "common/config/frame_maps.h"
 
 namespace parallax::config_internal {
 namespace {
@@ -20,9 +21,8 @@ class SequenceChecker {
   void Run() {
     CheckBaselines();
     CheckPaths();
-    const auto& maps = config_.render().maps();
     const bool nature = config_.type() == v1::SCENE_TYPE_NATURE;
-    if (std::find(maps.begin(), maps.end(), "flow") != maps.end() && !HasPaths() && !nature) {
+    if (HasMap(config_.render(), "flow") && !HasPaths() && !nature) {
       Tell("render.maps",
            "flow without a sequence, allowed with rigs.path.paths >= 1, or in scenes of type "
            "nature, whose walks are sequences");

@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <set>
 
+#include "common/base/edit_distance.h"
 #include "common/base/names.h"
+#include "common/config/catalogue_names.h"
 #include "common/config/check/checks.h"
 #include "common/config/check/field_rules.h"
 #include "common/config/check/limits.h"
 #include "common/config/defaults.h"
+#include "common/config/frame_maps.h"
 #include "common/config/training_plan.h"
 
 namespace parallax::config_internal {
@@ -217,7 +220,9 @@ class TrainChecker {
 
   // A network must be there that scores the frames, and a threshold that some can pass.
   void CheckCurated(const v1::Mixture& mixture, const std::string& path) {
-    if (PlainTwinOf(mixture, TrainingSetsOf(study_)) < 0) {
+    v1::Mixture set = mixture;
+    if (set.truth().empty()) set.set_truth(study_.train().truth());
+    if (PlainTwinOf(set, TrainingSetsOf(study_)) < 0) {
       Tell(path + ".curated",
            "true, but no training set has the same parts without curation, allowed is a set beside "
            "one whose networks can score its frames");
@@ -252,7 +257,9 @@ class TrainChecker {
     CheckOnce("evaluate.benchmarks", evaluate.benchmarks(), "benchmark");
     CheckOnce("evaluate.baselines", evaluate.baselines(), "baseline");
     CheckOnce("evaluate.group_by", evaluate.group_by(), "group");
-    if (evaluate.benchmarks().empty() && evaluate.heldout_pairs() == 0) {
+    CheckOwnBenchmarks();
+    if (evaluate.benchmarks().empty() && evaluate.own_benchmarks().empty() &&
+        evaluate.heldout_pairs() == 0) {
       Tell("evaluate.benchmarks",
            "an empty list, allowed is at least one benchmark, or heldout_pairs");
     }
@@ -278,6 +285,25 @@ class TrainChecker {
       if (seen.insert(names[i]).second) continue;
       Tell(ItemOf(path, i),
            Quoted(names[i]) + " is there already, allowed is each " + what + " once");
+    }
+  }
+
+  void CheckOwnBenchmarks() {
+    std::set<std::string> names(BenchmarkNames().begin(), BenchmarkNames().end());
+    names.insert(kHeldoutName);
+    for (int i = 0; i < study_.evaluate().own_benchmarks_size(); ++i) {
+      const v1::OwnBenchmark& own = study_.evaluate().own_benchmarks(i);
+      const std::string path = ItemOf("evaluate.own_benchmarks", i);
+      if (!IsFolderName(own.name())) {
+        Tell(path + ".name", WhyNotFolderName(own.name()));
+      } else if (!names.insert(own.name()).second) {
+        Tell(path + ".name",
+             Quoted(own.name()) + " names another benchmark too, allowed is a name of its own");
+      }
+      if (own.list().empty() == own.folder().empty()) {
+        Tell(path, own.list().empty() ? "neither list nor folder, allowed is one of them"
+                                      : "both list and folder, allowed is one of them");
+      }
     }
   }
 
@@ -319,7 +345,8 @@ class TrainChecker {
                                 Quoted(set.name()), pairs, kMaxTrainingPairs));
     }
     const v1::EvaluateSpec& evaluate = study_.evaluate();
-    const int64_t benchmarks = evaluate.benchmarks_size() + (WantsHeldout(study_) ? 1 : 0);
+    const int64_t benchmarks = evaluate.benchmarks_size() + evaluate.own_benchmarks_size() +
+                               (WantsHeldout(study_) ? 1 : 0);
     const int64_t evaluations =
         (trainings * evaluate.checkpoints() + evaluate.baselines_size()) * benchmarks;
     if (evaluations > kMaxEvaluations) {
@@ -330,13 +357,18 @@ class TrainChecker {
 
   // ---- What is rendered for it
   void CheckPictures() {
-    std::set<std::string> trained, scored;
+    std::set<std::string> trained, scored, behind;
     for (const v1::Mixture& set : TrainingSetsOf(study_)) {
-      for (const v1::Mixture::Part& part : set.parts()) trained.insert(part.variant());
+      for (const v1::Mixture::Part& part : set.parts()) {
+        trained.insert(part.variant());
+        if (set.truth() == "behind") behind.insert(part.variant());
+      }
     }
     if (WantsHeldout(study_)) {
       const std::string& named = study_.evaluate().heldout_variant();
-      scored.insert(named.empty() && !variants_.empty() ? variants_[0] : named);
+      const std::string source = named.empty() && !variants_.empty() ? variants_[0] : named;
+      scored.insert(source);
+      if (TruthOfHeldout(study_) == "behind") behind.insert(source);
     }
     for (int i = 0; i < given_.variants_size(); ++i) {
       const v1::VariantSpec& variant = given_.variants(i);
@@ -345,6 +377,9 @@ class TrainChecker {
       if (is_trained) CheckSize(variant.config().rigs(), path + "rigs.");
       if (is_trained || variant.heldout() || scored.count(variant.name()) > 0) {
         CheckMaps(variant.config(), path + "render.maps");
+      }
+      if (behind.count(variant.name()) > 0 && !HasMap(variant.config().render(), "layers")) {
+        Tell(path + "render.maps", "without layers, which `truth: behind` is made of");
       }
     }
   }
@@ -368,10 +403,9 @@ class TrainChecker {
 
   void CheckMaps(const v1::SceneConfig& config, const std::string& path) {
     if (!config.has_render()) return;  // All defaults.
-    const auto& maps = config.render().maps();
     std::vector<std::string> missing;
     for (const char* map : kMapsOfTruth) {
-      if (std::find(maps.begin(), maps.end(), map) == maps.end()) missing.push_back(map);
+      if (!HasMap(config.render(), map)) missing.push_back(map);
     }
     if (missing.empty()) return;
     Tell(path,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "common/base/edit_distance.h"
 #include "common/config/check/checks.h"
 #include "common/config/check/field_rules.h"
 

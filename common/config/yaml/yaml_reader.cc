@@ -8,9 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/edit_distance.h"
 #include "common/config/check/checks.h"
 #include "common/config/check/field_rules.h"
 #include "common/config/check/limits.h"
+#include "common/config/config_text.h"
 #include "common/config/sensor_presets.h"
 #include "common/config/yaml/yaml_distribution.h"
 
@@ -60,7 +62,7 @@ void YamlReader::MergeFields(const YAML::Node& node, Message* message, const std
   }
   for (const auto& [name, value] : Entries(node, path)) {
     if (errors().enough()) return;
-    if (const FieldDescriptor* field = type.FindFieldByName(name)) {
+    if (const FieldDescriptor* field = FindKey(type, name)) {
       Set(value, Dotted(path, name), *field, message);
       continue;
     }
@@ -155,7 +157,7 @@ void YamlReader::SetField(const YAML::Node& node, const std::string& path,
       break;
     case FieldDescriptor::CPPTYPE_STRING:
       if (const auto value = ReadText(node, path)) {
-        reflection.SetString(message, &field, *value);
+        reflection.SetString(message, &field, TextOf(*value, rule));
       }
       break;
     default:
@@ -204,6 +206,9 @@ void YamlReader::SetList(const YAML::Node& node, const std::string& path,
     SetMessages(node, path, field, message);
     return;
   }
+  if (MapsFieldOf(field) != nullptr && node.IsSequence()) {
+    return SetTextsAndMaps(node, path, field, message);
+  }
   const bool numbers = field.cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE;
   if (!node.IsSequence() || (!numbers && field.cpp_type() != FieldDescriptor::CPPTYPE_STRING)) {
     Error(node, path, Seen(node) + ", allowed is a list of " + (numbers ? "numbers" : "texts"));
@@ -229,9 +234,44 @@ void YamlReader::SetList(const YAML::Node& node, const std::string& path,
       continue;
     }
     // A wrong item keeps its place, so later items are reported with their index in the file.
-    values.push_back(ReadText(node[i], item_path).value_or(""));
+    values.push_back(TextOf(ReadText(node[i], item_path).value_or(""), rule));
   }
   for (std::string& value : values) reflection.AddString(message, &field, std::move(value));
+}
+
+void YamlReader::SetTextsAndMaps(const YAML::Node& node, const std::string& path,
+                                 const FieldDescriptor& texts, Message* message) {
+  const Reflection& reflection = *message->GetReflection();
+  const FieldDescriptor& maps = *MapsFieldOf(texts);
+  reflection.ClearField(message, &texts);
+  reflection.ClearField(message, &maps);
+  const std::string parent = path.substr(0, path.size() - texts.name().size());
+  for (size_t i = 0; i < node.size(); ++i) {
+    const std::string seen_path = fmt::format("{}[{}]", path, i);
+    const FieldDescriptor& field = node[i].IsMap() ? maps : texts;
+    const int index = reflection.FieldSize(*message, &field);
+    if (index > kMaxListItems) continue;  // Can only be too many.
+    // The findings of checks name the item's place in its field, the user the one in the file.
+    const std::string item_path = fmt::format("{}{}[{}]", parent, field.name(), index);
+    if (origins_ != nullptr) origins_->Set(item_path.substr(prefix_), OriginOf(node[i], seen_path));
+    if (node[i].IsMap()) {
+      Origins* const outer = origins_;
+      Origins own;
+      origins_ = &own;
+      Message* const item = reflection.AddMessage(message, &maps);
+      const size_t prefix = std::exchange(prefix_, seen_path.size() + 1);
+      MergeFields(node[i], item, seen_path);
+      prefix_ = prefix;
+      origins_ = outer;
+      if (origins_ != nullptr) origins_->SetBelow(item_path.substr(prefix_), own);
+    } else {
+      reflection.AddString(message, &texts, ReadText(node[i], seen_path).value_or(""));
+    }
+  }
+}
+
+std::string YamlReader::TextOf(std::string text, const v1::FieldRule& rule) const {
+  return rule.names() == v1::FieldRule::NAMES_FOLDER_BELOW_ROOT ? OwnPathOf(text, file()) : text;
 }
 
 }  // namespace parallax::config_internal

@@ -51,6 +51,12 @@ class YamlReader : public YamlValues {
                    google::protobuf::Message* message);
   void SetList(const YAML::Node& node, const std::string& path,
                const google::protobuf::FieldDescriptor& field, google::protobuf::Message* message);
+  // Sets a list of texts, and the field that takes its items which are maps.
+  void SetTextsAndMaps(const YAML::Node& node, const std::string& path,
+                       const google::protobuf::FieldDescriptor& texts,
+                       google::protobuf::Message* message);
+  // Returns the value of a text with this rule: a path of own content as OwnPathOf gives it.
+  std::string TextOf(std::string text, const v1::FieldRule& rule) const;
 
   Origins* origins_ = nullptr;  // During Merge.
   size_t prefix_ = 0;           // Length of the path of the message that Merge fills.

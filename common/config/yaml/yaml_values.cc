@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "common/base/edit_distance.h"
 #include "common/base/names.h"
 #include "common/config/check/field_rules.h"
 

@@ -172,6 +172,17 @@ void WriteNested(const Message& message, const std::string& indent, std::string&
   }
 }
 
+// A message on one line, with the fields that are set.
+std::string FlowText(const Message& message) {
+  std::vector<const FieldDescriptor*> fields;
+  message.GetReflection()->ListFields(message, &fields);
+  std::string text;
+  for (const FieldDescriptor* field : fields) {
+    text += (text.empty() ? "" : ", ") + field->name() + ": " + ScalarText(message, *field, -1);
+  }
+  return "{" + text + "}";
+}
+
 void WriteMap(const Message& message, const FieldDescriptor& field, const std::string& indent,
               std::string& out) {
   const Reflection& r = *message.GetReflection();
@@ -200,6 +211,10 @@ void WriteList(const Message& message, const FieldDescriptor& field, const std::
   if (field.cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE) {
     out += " [";
     for (int i = 0; i < size; ++i) out += (i > 0 ? ", " : "") + ScalarText(message, field, i);
+    const FieldDescriptor* const maps = config_internal::MapsFieldOf(field);
+    for (int i = 0; maps != nullptr && i < r.FieldSize(message, maps); ++i) {
+      out += (size + i > 0 ? ", " : "") + FlowText(r.GetRepeatedMessage(message, maps, i));
+    }
     out += "]\n";
     return;
   }
@@ -226,7 +241,9 @@ void WriteMessage(const Message& message, const std::string& indent, std::string
   const Reflection& r = *message.GetReflection();
   for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
     const FieldDescriptor& field = *message.GetDescriptor()->field(i);
-    if (field.is_map()) {
+    if (config_internal::FindKey(*message.GetDescriptor(), field.name()) == nullptr) {
+      continue;  // Written with the field whose items these are.
+    } else if (field.is_map()) {
       WriteMap(message, field, indent, out);
     } else if (field.is_repeated()) {
       WriteList(message, field, indent, out);

@@ -14,6 +14,7 @@
 #include <set>
 #include <thread>
 
+#include "common/base/edit_distance.h"
 #include "common/base/status.h"
 #include "coordinator/client/interrupt.h"
 #include "coordinator/client/views/text.h"
@@ -67,7 +68,8 @@ absl::Status ResolveNames(std::vector<std::string>& names) {
     std::copy_if(known.begin(), known.end(), std::back_inserter(resolved),
                  [&](const std::string& other) { return LowerName(other) == LowerName(name); });
     if (resolved.size() > before) continue;
-    return NotFound("no class, material or family is called '{}'", name);
+    return NotFound("no class, material or family is called '{}'{}", name,
+                    NearestHint(name, {known.begin(), known.end()}));
   }
   names = std::move(resolved);
   return absl::OkStatus();

@@ -1,4 +1,5 @@
 // config: check and show study and scene files without making anything.
+#include <fmt/core.h>
 #include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
@@ -9,14 +10,16 @@
 #include <sstream>
 
 #include "common/base/status.h"
-#include "common/base/system/file.h"
+#include "common/config/camera_text.h"
 #include "common/config/config.h"
 #include "coordinator/client/command.h"
+#include "coordinator/client/content/machine_check.h"
 #include "coordinator/client/content/own_folders.h"
 #include "coordinator/client/content/study_options.h"
 #include "coordinator/client/runs/out_dir.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/study/expansion.h"
+#include "worker/materials/pictures/picture_folder.h"
 
 namespace parallax::client {
 namespace {
@@ -25,6 +28,7 @@ using Json = nlohmann::ordered_json;
 
 struct ConfigOptions {
   std::string file;
+  MachineOptions machine;
 };
 
 struct CameraOptions {
@@ -40,40 +44,9 @@ struct Config {
   v1::SceneConfig scene;
 };
 
-bool Contains(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
-bool HasOnlyComments(const std::string& text) {
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    const size_t begin = line.find_first_not_of(" \t\r");
-    if (begin != line.npos && line[begin] != '#') return false;
-  }
-  return true;
-}
-
-// A study has variants, or at least a name; anything else is read as a scene config. A file with
-// nothing in it is refused as a study: `run` and `plan` get the same words.
-bool LooksLikeStudy(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) {
-    return !Contains(BuiltinSceneConfigs(), path);
-  }
-  const absl::StatusOr<std::string> text = ReadFile(path, 4 << 20);
-  if (!text.ok() || HasOnlyComments(*text)) return true;
-  // Looks at keys without indentation only. The reader itself reports a broken file.
-  for (const char* key : {"study:", "variants:", "pairs:"}) {
-    if (text->rfind(key, 0) == 0 || text->find(std::string("\n") + key) != std::string::npos) {
-      return true;
-    }
-  }
-  return false;
-}
-
 absl::StatusOr<Config> Load(const std::string& path) {
   Config config;
-  config.is_study = LooksLikeStudy(path);
+  ASSIGN_OR_RETURN(config.is_study, IsStudy(path));
   if (config.is_study) {
     ASSIGN_OR_RETURN(config.study, LoadStudy(path));
   } else {
@@ -83,7 +56,12 @@ absl::StatusOr<Config> Load(const std::string& path) {
 }
 
 absl::StatusOr<ExitCode> Check(const ConfigOptions& options, Session& session) {
-  ASSIGN_OR_RETURN(const Config config, Load(options.file));
+  ASSIGN_OR_RETURN(Config config, Load(options.file));
+  std::vector<std::string> missing;
+  if (config.is_study) {
+    RETURN_IF_ERROR(HashContent(config.study, FolderReaders::kOfFarm));
+    missing = WhatIsMissing(config.study, options.file, options.machine);
+  }
   const int variants = config.study.variants_size();
   const int64_t pairs = TotalPairsOf(config.study);
   const auto bytes = static_cast<double>(EstimateBytes(config.study));
@@ -95,6 +73,7 @@ absl::StatusOr<ExitCode> Check(const ConfigOptions& options, Session& session) {
       json["variants"] = variants;
       json["pairs"] = pairs;
       json["disk_bytes"] = bytes;
+      json["missing"] = missing;
     }
     session.PrintJson(json);
     return kExitOk;
@@ -108,6 +87,12 @@ absl::StatusOr<ExitCode> Check(const ConfigOptions& options, Session& session) {
     out << ", a scene config";
   }
   out << "\n";
+  const std::vector<std::string> cameras =
+      config.is_study ? DescribeCameras(config.study)
+                      : std::vector{"Camera: " + DescribeCamera(config.scene.rigs())};
+  for (const std::string& camera : cameras) out << "  " << camera << "\n";
+  out << std::flush;
+  PrintMissing(missing, session);
   return kExitOk;
 }
 
@@ -138,15 +123,43 @@ struct ContentCommand {
   const char* field;  // That takes the hash.
 };
 
-absl::StatusOr<ExitCode> HashFolders(const ContentCommand& command,
+// "a, b and 3 more"
+std::string Listed(const std::vector<std::string>& names) {
+  constexpr size_t kMostShown = 5;
+  std::string text;
+  for (size_t i = 0; i < std::min(names.size(), kMostShown); ++i) {
+    text += (i == 0 ? "" : ", ") + names[i];
+  }
+  if (names.size() > kMostShown) text += fmt::format(" and {} more", names.size() - kMostShown);
+  return text;
+}
+
+// Prints a line for each mesh, set, sky or picture, and last the hash.
+absl::StatusOr<ExitCode> ShowContent(const ContentCommand& command,
                                      const std::vector<std::string>& dirs, Session& session) {
-  ASSIGN_OR_RETURN(const std::string hash, ContentHashes().Of(command.kind, dirs));
+  ASSIGN_OR_RETURN(const ContentReport report, CheckContent(command.kind, dirs));
   if (session.options.json) {
     const std::string field = command.field;
-    session.PrintJson({{field.substr(field.find('.') + 1), hash}});
-  } else {
-    *session.out().stream << hash << "\n";
+    Json json = {{field.substr(field.find('.') + 1), report.sha256},
+                 {"content", Json::array()},
+                 {"left_out", report.left_out}};
+    for (const ContentItem& item : report.items) {
+      json["content"].push_back(
+          {{"name", item.name}, {"text", item.text}, {"left_out", item.left_out}});
+    }
+    session.PrintJson(json);
+    return kExitOk;
   }
+  std::ostream& out = *session.out().stream;
+  for (const ContentItem& item : report.items) {
+    out << item.name << ": " << item.text;
+    for (size_t i = 0; i < item.left_out.size(); ++i) {
+      out << (i == 0 ? "; left out: " : ", ") << item.left_out[i];
+    }
+    out << "\n";
+  }
+  if (!report.left_out.empty()) out << "left out: " << Listed(report.left_out) << "\n";
+  out << report.sha256 << "\n";
   return kExitOk;
 }
 
@@ -206,18 +219,26 @@ absl::StatusOr<ExitCode> Camera(const CameraOptions& options, Session& session) 
 void AddContentCommand(Registry& registry, CLI::App& parent, const ContentCommand& command) {
   CLI::App* app = registry.AddCommand(
       parent, command.name, command.description,
-      std::string(
-          "Opens every file and says what is wrong with the first bad one. The hash is what ") +
+      std::string("Opens every file and prints what was understood of it, or what is wrong with "
+                  "the first bad one.\nThe last line is the hash of the content, which is what ") +
           command.field +
           "\nmust be for studies that are submitted where the folder can't be seen; otherwise "
           "`run`\n"
           "and `submit` find it themselves.\n");
-  auto dirs = std::make_shared<std::vector<std::string>>();
-  CLI::Option* option = app->add_option("DIR", *dirs, "The folder")->required();
+  struct Options {
+    std::vector<std::string> dirs;
+    bool follow_links = false;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::Option* option = app->add_option("DIR", options->dirs, "The folder")->required();
   if (command.kind != ContentKind::kMeshes) option->expected(1);
+  app->add_flag("--follow-links", options->follow_links,
+                "Follow links that lead out of the folder, too");
   registry.AddJsonOption(app);
-  registry.SetAction(
-      app, [command, dirs](Session& session) { return HashFolders(command, *dirs, session); });
+  registry.SetAction(app, [command, options](Session& session) {
+    SetFollowLinks(options->follow_links);
+    return ShowContent(command, options->dirs, session);
+  });
 }
 
 absl::StatusOr<ExitCode> List(Session& session) {
@@ -256,6 +277,7 @@ void RegisterConfig(Registry& registry) {
       registry, *config, "check",
       "Say what is wrong with a file, with line numbers, or that it is ok",
       "Examples:\n  parallax config check my.yaml\n  parallax config check quickstart\n", options);
+  AddMachineOptions(*check, options->machine);
   registry.SetAction(check, [options](Session& session) { return Check(*options, session); });
   CLI::App* show = AddFileCommand(
       registry, *config, "show", "The file with its base merged in and every default written out",
@@ -264,7 +286,7 @@ void RegisterConfig(Registry& registry) {
       options);
   registry.SetAction(show, [options](Session& session) { return Show(*options, session); });
   const ContentCommand contents[] = {
-      {ContentKind::kPictures, "pictures", "The content hash of a folder of pictures",
+      {ContentKind::kPictures, "pictures", "Check a folder of pictures; its content hash",
        "materials.pictures_sha256"},
       {ContentKind::kMeshes, "meshes", "Check folders of your own meshes; their content hash",
        "assets.include_sha256"},

@@ -149,7 +149,7 @@ class Curation {
       done_ += Frames(task);
       scored += *now;
     }
-    const std::map<FrameKey, double> shares = AmbiguousShares(task.variant, ids, log);
+    const std::map<FrameId, double> shares = AmbiguousShares(task.variant, ids, log);
     ASSIGN_OR_RETURN(const JudgedVariant judged,
                      JudgeVariant(task.variant.dir, study_, task.spec, shares));
     Report(task, judged, shares, scored);
@@ -175,7 +175,7 @@ class Curation {
   }
 
   void Report(const Task& task, const JudgedVariant& judged,
-              const std::map<FrameKey, double>& shares, int64_t scored) {
+              const std::map<FrameId, double>& shares, int64_t scored) {
     const v1::FilterConfig& filters = task.spec.config().filters();
     const double most = filters.has_max_ambiguous_share() ? filters.max_ambiguous_share() : 1;
     double sum = 0;

@@ -24,6 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+constexpr size_t kMostNotes = 6;  // Printed for the pairs of one benchmark.
+
 struct EvaluateCommandOptions {
   PredictorChoice predictor;
   std::vector<std::string> benchmarks = {"shipped"};
@@ -72,7 +74,7 @@ std::string StemOf(const std::string& benchmark, const RunIdentity& run) {
 // Files of one evaluation below the output folder.
 struct Outputs {
   std::string scores, work;
-  std::vector<std::string> pictures;
+  std::vector<std::string> pictures, notes;
 };
 
 absl::Status DrawPictures(const Benchmark& benchmark, const Evaluation& evaluation,
@@ -115,7 +117,8 @@ Json EvaluationJson(const Evaluation& evaluation, const Outputs& outputs) {
           {"mimics", evaluation.mimics},
           {"seconds", evaluation.seconds},
           {"scores", outputs.scores},
-          {"pictures", outputs.pictures}};
+          {"pictures", outputs.pictures},
+          {"notes", outputs.notes}};
 }
 
 void PrintEvaluation(const Evaluation& evaluation, const Outputs& outputs, Session& session) {
@@ -131,6 +134,11 @@ void PrintEvaluation(const Evaluation& evaluation, const Outputs& outputs, Sessi
   out << " (" << Plural(static_cast<int64_t>(evaluation.images.size()), "pair") << ", "
       << FormatDuration(evaluation.seconds) << ")\n  " << outputs.scores << "\n";
   for (const std::string& picture : outputs.pictures) out << "  " << picture << "\n";
+  if (outputs.notes.size() > kMostNotes) {
+    session.PrintNote(evaluation.benchmark + ": " +
+                      Plural(static_cast<int64_t>(outputs.notes.size() - kMostNotes), "more note") +
+                      " on its pairs (--json prints all)");
+  }
   if (const int64_t invalid = InvalidPixels(evaluation); invalid > 0) {
     session.PrintNote(FormatCount(invalid) +
                       " pixels have no valid prediction; they count as wrong");
@@ -182,6 +190,11 @@ absl::StatusOr<Json> EvaluateOne(const EvaluateCommandOptions& options,
                                  const CancelToken& cancel, Session& session) {
   const std::string stem = options.out + "/" + StemOf(benchmark.name, chosen.run);
   Outputs outputs{.scores = stem + ".jsonl", .work = stem + ".predictions"};
+  const auto note = [&](const std::string& text) {
+    if (session.err().interactive) *session.err().stream << "\r\033[K";
+    if (outputs.notes.size() < kMostNotes) session.PrintNote(benchmark.name + ": " + text);
+    outputs.notes.push_back(text);
+  };
   const auto progress = [&](std::string_view stage, int done, int total) {
     if (!session.err().interactive) return;
     *session.err().stream << "\r\033[K" << benchmark.name << ": " << stage << " " << done << " of "
@@ -193,6 +206,7 @@ absl::StatusOr<Json> EvaluateOne(const EvaluateCommandOptions& options,
                                                           .keep_predictions = true,
                                                           .cancel = cancel,
                                                           .clock = session.environment.clock,
+                                                          .note = note,
                                                           .progress = progress}));
   RETURN_IF_ERROR(WriteEvaluation(outputs.scores, evaluation));
   if (options.pictures) RETURN_IF_ERROR(DrawPictures(benchmark, evaluation, stem, outputs));

@@ -60,6 +60,8 @@ nlohmann::ordered_json JobJson(const v1::JobStatus& job) {
           {"fraction", job.fraction()},
           {"stage", job.stage()},
           {"error", job.error()},
+          {"waits_reason", job.waits_reason()},
+          {"waits_text", job.waits_text()},
           {"label", job.label()},
           {"figures", std::map<std::string, double>(job.figures().begin(), job.figures().end())},
           {"log_tail", job.log_tail()}};
@@ -77,6 +79,7 @@ void PrintTable(const v1::ListJobsReply& reply, const Session& session) {
                {"DETAIL"}});
   for (const v1::JobStatus& job : reply.jobs()) {
     std::string detail = FirstLine(job.error());
+    if (job.state() == "READY" && !job.waits_text().empty()) detail = job.waits_text();
     if (job.state() == "LEASED") detail = DescribeProgress(job);
     if (!job.label().empty()) detail = job.label() + (detail.empty() ? "" : ": ") + detail;
     table.AddRow({std::to_string(job.job_id()), job.kind(),

@@ -1,35 +1,62 @@
 // page: a link to the coordinator's page for the browser, with the rights of a certificate.
+#include <fmt/core.h>
+
 #include <nlohmann/json.hpp>
 
 #include "common/base/status.h"
-#include "common/rpc/certificate.h"
+#include "common/rpc/endpoint.h"
 #include "coordinator/client/command.h"
-#include "coordinator/http/page_link.h"
 
 namespace parallax::client {
 namespace {
 
-constexpr int kPagePort = 7080;
+// Replaces host and port of a link: the coordinator listens on any address, or behind a tunnel.
+absl::StatusOr<std::string> WithAddress(const std::string& link, const std::string& address) {
+  const size_t begin = link.find("://");
+  const size_t end = begin == std::string::npos ? begin : link.find('/', begin + 3);
+  if (end == std::string::npos) return Internal("the coordinator's link is {}", link);
+  return link.substr(0, begin + 3) + address + link.substr(end);
+}
 
-// Returns the given address, or the usual port on the coordinator's host.
-absl::StatusOr<std::string> PageAddress(const std::string& told, const std::string& coordinator) {
-  if (!told.empty()) return told;
-  ASSIGN_OR_RETURN(RpcAddress address, ParseRpcAddress(coordinator));
-  if (address.is_unix()) {
-    return InvalidArgument("a Unix socket says nothing of the page; tell its --http HOST:PORT");
+// Returns the address in a link.
+absl::StatusOr<RpcAddress> AddressIn(const std::string& link) {
+  const size_t begin = link.find("://") + 3;
+  return ParseRpcAddress(link.substr(begin, link.find('/', begin) - begin));
+}
+
+// The link as this machine can open it. A coordinator that listens on all addresses names none.
+absl::StatusOr<std::string> Reachable(const std::string& link, const std::string& told,
+                                      const RpcAddress& coordinator, Session& session) {
+  if (told.find("://") != std::string::npos) {
+    return InvalidArgument("--http: '{}', wanted is HOST:PORT without a scheme", told);
   }
-  address.port = kPagePort;
-  return address.ToString();
+  if (!told.empty()) {
+    ASSIGN_OR_RETURN(const RpcAddress address, ParseRpcAddress(told));
+    if (address.is_unix() || address.port == 0) {
+      return InvalidArgument("--http: the page is at HOST:PORT, not at {}", told);
+    }
+    return WithAddress(link, address.ToString());
+  }
+  ASSIGN_OR_RETURN(RpcAddress page, AddressIn(link));
+  const bool any = page.host == "0.0.0.0" || page.host == "::";
+  if (any && !coordinator.is_unix()) {
+    page.host = coordinator.host;
+    return WithAddress(link, page.ToString());
+  }
+  if (page.is_local() && !coordinator.is_local()) {
+    session.PrintNote(
+        fmt::format("the page listens on the coordinator's machine only; from here: "
+                    "ssh -L {}:{} {}",
+                    page.port, page.ToString(), coordinator.host));
+  }
+  return link;
 }
 
 absl::StatusOr<ExitCode> Page(const std::string& told, Session& session) {
-  ASSIGN_OR_RETURN(const std::string address, PageAddress(told, session.options.coordinator));
-  std::string link = "http://" + address + "/";
-  if (!session.options.tls_dir.empty()) {
-    ASSIGN_OR_RETURN(const auto identity,
-                     LoadTlsIdentity(session.options.tls_dir, Clock::System()));
-    ASSIGN_OR_RETURN(link, AskForPageLink(address, *identity));
-  }
+  ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  ASSIGN_OR_RETURN(const std::string url, connection->OpenPage());
+  ASSIGN_OR_RETURN(const RpcAddress coordinator, ParseRpcAddress(session.options.coordinator));
+  ASSIGN_OR_RETURN(const std::string link, Reachable(url, told, coordinator, session));
   if (session.options.json) {
     session.PrintJson({{"link", link}});
   } else {
@@ -43,8 +70,8 @@ absl::StatusOr<ExitCode> Page(const std::string& told, Session& session) {
 void RegisterPage(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "page", "A link to the coordinator's page, for the browser",
-      "With --tls the link opens one session with the certificate's role, once, within ten\n"
-      "minutes. Without, the page of this machine needs none.\n"
+      "The link opens one session with the rights of your certificate, once, within a day; also\n"
+      "where the page listens on the coordinator's machine only, without certificates.\n"
       "\n"
       "Examples:\n"
       "  parallax page\n"
@@ -54,8 +81,9 @@ void RegisterPage(Registry& registry) {
   registry.AddConnectionOptions(command);
   auto told = std::make_shared<std::string>();
   command
-      ->add_option("--http", *told,
-                   "The coordinator's --http address (default: port 7080 of its host)")
+      ->add_option(
+          "--http", *told,
+          "Address in the link, where you reach the page otherwise (a tunnel, another name)")
       ->type_name("HOST:PORT");
   registry.SetAction(command, [told](Session& session) { return Page(*told, session); });
 }

@@ -3,9 +3,12 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/system/cores.h"
+#include "common/config/camera_text.h"
 #include "coordinator/client/command.h"
+#include "coordinator/client/content/machine_check.h"
 #include "coordinator/client/content/study_options.h"
 #include "coordinator/client/runs/plan.h"
+#include "coordinator/client/runs/shared_store.h"
 #include "coordinator/client/runs/submit_study.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
@@ -20,6 +23,7 @@ struct PlanOptions {
   StudyOptions study;
   std::string from;
   int cores = UsableCores();
+  MachineOptions machine;
   bool yes = false;
 };
 
@@ -109,10 +113,12 @@ void PrintPlan(const v1::StudySpec& study, const StudyPlan& plan, int cores,
               << "Core-hours: " << Hours(plan.total.solve_core_s) << " to solve, "
               << Hours(plan.total.render_core_s) << " to render; disk "
               << FormatBytes(static_cast<double>(plan.total.disk_bytes)) << "\n"
-              << "Time: about " << FormatDuration(WallClockS(plan, cores)) << " on "
-              << Plural(cores, "core") << "\n"
+              << "Time: " << FormatAbout(WallClockS(plan, cores)) << " on " << Plural(cores, "core")
+              << "\n"
               << "Costs: " << plan.costs_from << "\n"
-              << std::flush;
+              << "Store of `run`: " << DescribeUsersStore() << "\n";
+  for (const std::string& camera : DescribeCameras(study)) *out.stream << camera << "\n";
+  *out.stream << std::flush;
 }
 
 // True to go on.
@@ -140,9 +146,15 @@ absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
                         : "of the pairs in " + options.from + ", " + FormatNumber(factor) +
                               " times the benchmarks'";
   const bool json = session.options.json;
-  if (!json) PrintPlan(study, plan, options.cores, session);
+  const std::vector<std::string> missing =
+      WhatIsMissing(study, options.study.study, options.machine);
+  if (!json) {
+    PrintPlan(study, plan, options.cores, session);
+    PrintMissing(missing, session);
+  }
   const bool submit = json ? options.yes : Ask(options, session);
   Json printed = PlanJson(study, plan, options.cores);
+  printed["missing"] = missing;
   if (submit) {
     ASSIGN_OR_RETURN(const auto connection, session.Connect());
     ASSIGN_OR_RETURN(const Submitted submitted,
@@ -180,6 +192,7 @@ void RegisterPlan(Registry& registry) {
       ->add_option("--cores", options->cores,
                    "Cores that will work, for the time it takes (default: this machine's)")
       ->check(CLI::Range(1, 10'000'000));
+  AddMachineOptions(*command, options->machine);
   command->add_flag("-y,--yes", options->yes, "Submit without asking");
   registry.AddConnectionOptions(command);
   registry.SetAction(command, [options](Session& session) { return Plan(*options, session); });

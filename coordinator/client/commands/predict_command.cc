@@ -6,14 +6,15 @@
 
 #include "common/base/status.h"
 #include "common/base/system/file.h"
+#include "common/base/system/temporary_folder.h"
 #include "common/image/io.h"
-#include "common/image/jpeg.h"
 #include "coordinator/client/cancellable.h"
 #include "coordinator/client/commands/evaluate_command.h"
 #include "coordinator/client/content/predictor_choice.h"
 #include "coordinator/client/views/text.h"
 #include "worker/evaluate/disparity_files.h"
 #include "worker/evaluate/prediction_sheet.h"
+#include "worker/evaluate/prepared_pair.h"
 
 namespace parallax::client {
 namespace {
@@ -26,36 +27,6 @@ struct PredictOptions {
   std::string out, picture;
 };
 
-// A folder that is removed with it.
-class TemporaryFolder {
- public:
-  static absl::StatusOr<TemporaryFolder> Make() {
-    std::string name = fs::temp_directory_path() / "parallax_predict_XXXXXX";
-    if (mkdtemp(name.data()) == nullptr) return ErrnoError(errno, name);
-    return TemporaryFolder(std::move(name));
-  }
-  TemporaryFolder(TemporaryFolder&& other) noexcept : path_(std::move(other.path_)) {
-    other.path_.clear();
-  }
-  ~TemporaryFolder() {
-    std::error_code error;
-    if (!path_.empty()) fs::remove_all(path_, error);
-  }
-  const std::string& path() const { return path_; }
-
- private:
-  explicit TemporaryFolder(std::string path) : path_(std::move(path)) {}
-  std::string path_;
-};
-
-absl::Status CheckPictures(const PredictOptions& options) {
-  ASSIGN_OR_RETURN(const ImageRgb8 left, ReadPictureRgb8(options.left));
-  ASSIGN_OR_RETURN(const ImageRgb8 right, ReadPictureRgb8(options.right));
-  if (left.width() == right.width() && left.height() == right.height()) return absl::OkStatus();
-  return InvalidArgument("{}: {}x{}, but {} has {}x{}", options.right, right.width(),
-                         right.height(), options.left, left.width(), left.height());
-}
-
 absl::Status WriteOutput(const std::string& path, const ImageF& disparity_px) {
   const std::string extension = fs::path(path).extension();
   if (extension == ".pfm") return WritePfm(path, disparity_px);
@@ -65,11 +36,13 @@ absl::Status WriteOutput(const std::string& path, const ImageF& disparity_px) {
 
 absl::StatusOr<ImageF> PredictOne(const PredictOptions& options, Predictor& predictor,
                                   const Session& session) {
-  ASSIGN_OR_RETURN(const TemporaryFolder work, TemporaryFolder::Make());
-  const PredictionTask task = {.name = "pair",
-                               .left = fs::absolute(options.left).lexically_normal(),
-                               .right = fs::absolute(options.right).lexically_normal(),
-                               .output = work.path() + "/pair.pfm"};
+  ASSIGN_OR_RETURN(const TemporaryFolder work, TemporaryFolder::Make("predict"));
+  ASSIGN_OR_RETURN(const PreparedPair pair,
+                   PreparePair({.name = "pair", .left = options.left, .right = options.right},
+                               work.path() + "/pair", PairCheck::kPictures));
+  for (const std::string& note : pair.notes) session.PrintNote(note);
+  const PredictionTask task = {
+      .name = "pair", .left = pair.left, .right = pair.right, .output = work.path() + "/pair.pfm"};
   const CancellableScope cancellable;
   RETURN_IF_ERROR(predictor.Predict({task}, {.work_dir = work.path(),
                                              .cancel = cancellable.token(),
@@ -83,7 +56,6 @@ absl::StatusOr<ExitCode> Predict(const PredictOptions& options, Session& session
     return InvalidArgument("--out {}: wanted a .pfm or a .png", options.out);
   }
   ASSIGN_OR_RETURN(const ChosenPredictor chosen, ChoosePredictor(options.predictor));
-  RETURN_IF_ERROR(CheckPictures(options));
   ASSIGN_OR_RETURN(const ImageF disparity_px, PredictOne(options, *chosen.predictor, session));
   RETURN_IF_ERROR(WriteOutput(options.out, disparity_px));
   const double full_scale_px = ColorScale(disparity_px);

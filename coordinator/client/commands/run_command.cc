@@ -3,14 +3,16 @@
 #include <filesystem>
 #include <istream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "common/base/system/cores.h"
-#include "common/base/system/installation.h"
 #include "coordinator/client/command.h"
+#include "coordinator/client/content/machine_check.h"
 #include "coordinator/client/content/ship_content.h"
 #include "coordinator/client/content/study_options.h"
 #include "coordinator/client/runs/embedded_run.h"
 #include "coordinator/client/runs/out_dir.h"
+#include "coordinator/client/runs/shared_store.h"
 #include "coordinator/client/views/study_table.h"
 #include "coordinator/client/views/study_view.h"
 #include "coordinator/client/views/text.h"
@@ -22,8 +24,9 @@ namespace {
 struct RunOptions {
   StudyOptions study;
   std::string out;
+  std::string store;
   int workers = 0;  // 0: as many as suit this machine.
-  std::string allow_trainers, trainers_dir, benchmarks_dir;
+  MachineOptions machine;
   bool page = false;
   std::string page_listen = "127.0.0.1:0";
   bool yes = false;
@@ -78,34 +81,39 @@ void DrawSheet(RunReport& report, const Session& session) {
 
 absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
   EmbeddedRunOptions run_options;
-  StudyOptions study_options = options.study;
-  RETURN_IF_ERROR(TakePicturesFromHere(study_options));
-  ASSIGN_OR_RETURN(run_options.study, ResolveStudy(study_options));
-  RETURN_IF_ERROR(CheckTrainer(run_options.study, study_options.study, options.allow_trainers,
-                               options.trainers_dir));
-  RETURN_IF_ERROR(CheckGpu(run_options.study, study_options.study));
+  ASSIGN_OR_RETURN(run_options.study, ResolveStudy(options.study));
+  RETURN_IF_ERROR(CheckMachine(run_options.study, options.study.study, options.machine));
   RETURN_IF_ERROR(HashContent(run_options.study, FolderReaders::kOfRun));
   NameOwnCopies(run_options.study);
-  run_options.allow_trainers = options.allow_trainers;
-  run_options.trainers_dir = options.trainers_dir;
-  run_options.benchmarks_dir = options.benchmarks_dir;
+  run_options.machine = options.machine;
   if (options.page) run_options.page = options.page_listen;
   run_options.workers = options.workers > 0 ? options.workers : DefaultWorkers();
-  RETURN_IF_ERROR(FindProgram("worker").status());
   RETURN_IF_ERROR(CheckNotInDataset(options.out));
   if (HoldsForeignFiles(options.out)) {
     RETURN_IF_ERROR(session.Confirm(options.out + " holds files that are no dataset", options.yes));
   }
   ASSIGN_OR_RETURN(const auto out, OutDir::Open(options.out));
   RETURN_IF_ERROR(ConfirmSpace(run_options.study, *out, options, session));
+  ASSIGN_OR_RETURN(run_options.store_dir, ChooseStore(options.store, out->work_dir()));
+  std::optional<FolderLock> store_lock;
+  if (run_options.store_dir != out->work_dir()) {
+    RETURN_IF_ERROR(CheckFreeSpaceOf(run_options.store_dir));
+    ASSIGN_OR_RETURN(FolderLock taken,
+                     FolderLock::Take(run_options.store_dir, run_options.store_dir,
+                                      "or choose another --store"));
+    store_lock.emplace(std::move(taken));
+  }
   RunReport report;
   {
     ASSIGN_OR_RETURN(const auto run, EmbeddedRun::Open(run_options, *out, session.environment));
     PrintOpening(run_options.study, *out, run_options.workers, session);
+    if (store_lock) session.PrintNote("pairs are shared by " + run_options.store_dir);
+    for (const std::string& text : run->set_aside()) session.PrintNote(text);
     if (!run->page_link().empty()) {
       *session.err().stream << "page: " << run->page_link() << " (opens once)\n" << std::flush;
     }
     ASSIGN_OR_RETURN(report, run->Work());
+    report.set_aside = run->set_aside();
   }
   DrawSheet(report, session);
   ASSIGN_OR_RETURN(report.table,
@@ -133,39 +141,34 @@ void RegisterRun(Registry& registry) {
       "unless --page is given.\n"
       "Pairs appear in DIR as they are finished. Ctrl-C stops after what is being rendered; the "
       "same\n"
-      "command again goes on, a larger --pairs extends the dataset, more `seeds` in the study's\n"
-      "`train` add trainings, and what is there is never made again. A study that trains networks\n"
-      "ends with its table: DIR/training, DIR/scores, DIR/table.txt. What is needed for that, and\n"
-      "worker logs, are in DIR/.parallax.\n"
+      "command again goes on. The study may grow or change: more pairs, variants, seeds, mixtures\n"
+      "and benchmarks add what is missing, other settings of a variant render that variant anew,\n"
+      "and what is there is never made again. What the study no longer asks for is kept in\n"
+      "DIR/.parallax/aside. A study that trains networks ends with its table: DIR/training,\n"
+      "DIR/scores, DIR/table.txt. What is needed to go on, and worker logs, are in DIR/.parallax.\n"
       "\n"
       "Examples:\n"
       "  parallax run quickstart --out out/quickstart\n"
       "  parallax run baseline --out out/baseline --pairs 100 --profile high\n"
       "  parallax run table1-small --out out/table1 --page\n"
+      "  parallax run my.yaml --out out/my --store ~/pairs    shared with other datasets\n"
       "  parallax run my.yaml --out /data/my --width 640 --height 480 --json > report.json\n");
   command->group(kLocalCommands);
   auto options = std::make_shared<RunOptions>();
   AddStudyOptions(*command, options->study);
   command->add_option("-o,--out", options->out, "The dataset folder")->type_name("DIR")->required();
   command
+      ->add_option(
+          "--store", options->store,
+          "Folder that datasets share, so that one uses the pairs of the others (default:\n"
+          "where the dataset began, else $PARALLAX_STORE, else parallax/store in\n"
+          "$XDG_CACHE_HOME or ~/.cache if you made that folder, else in DIR/.parallax)")
+      ->type_name("DIR");
+  command
       ->add_option("--workers", options->workers,
                    "Worker processes (default: 2, more on large machines); each uses all cores")
       ->check(CLI::Range(1, 256));
-  command
-      ->add_option("--benchmarks", options->benchmarks_dir,
-                   "Folder of the real sets that evaluations name (default: $PARALLAX_BENCHMARKS)")
-      ->envname("PARALLAX_BENCHMARKS")
-      ->type_name("DIR")
-      ->check(CLI::ExistingDirectory);
-  command
-      ->add_option("--allow-trainers", options->allow_trainers,
-                   "Trainers that may run here (default: builtin)")
-      ->type_name("NAMES");
-  command
-      ->add_option("--trainers", options->trainers_dir,
-                   "Folder with NAME.yaml of each trainer beside the built-in one")
-      ->type_name("DIR")
-      ->check(CLI::ExistingDirectory);
+  AddMachineOptions(*command, options->machine);
   command->add_flag("--page", options->page,
                     "Show the run in the browser while it goes on; prints a link that opens once");
   command

@@ -45,7 +45,8 @@ absl::StatusOr<ExitCode> Submit(const SubmitOptions& options, Session& session) 
                        {"variants", study.variants_size()},
                        {"content_files", shipped.files},
                        {"content_bytes", shipped.bytes},
-                       {"pairs_wanted", pairs}});
+                       {"pairs_wanted", pairs},
+                       {"unservable", WaitingJson(reply.unservable())}});
     return kExitOk;
   }
   if (shipped.files > 0) {
@@ -64,6 +65,11 @@ absl::StatusOr<ExitCode> Submit(const SubmitOptions& options, Session& session) 
   } else {
     *session.err().stream << "submitted " << study.name() << ": " << DescribeSize(study)
                           << "; follow it with `parallax watch " << reply.study_id() << "`\n";
+  }
+  for (const v1::WaitingJobs& jobs : reply.unservable()) {
+    const bool all = jobs.reason() == "no_worker";
+    session.PrintNote(fmt::format("{} will wait: {}",
+                                  all ? "its jobs" : "its " + jobs.kind() + " jobs", jobs.text()));
   }
   return kExitOk;
 }

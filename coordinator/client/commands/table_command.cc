@@ -1,17 +1,18 @@
 // table: what trains well, from score files.
-#include <stdlib.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
 #include "common/base/status.h"
 #include "common/base/system/file.h"
+#include "common/base/system/temporary_folder.h"
 #include "common/config/config.h"
 #include "coordinator/client/commands/evaluate_command.h"
 #include "coordinator/client/runs/study_results.h"
 #include "coordinator/client/views/study_table.h"
+#include "coordinator/client/views/table_options.h"
 #include "worker/evaluate/score_table.h"
 
 namespace parallax::client {
@@ -22,25 +23,6 @@ struct TableCommandOptions {
   std::string format = "text";
   std::string out, pictures;
   TableOptions table;
-};
-
-// Removed with what is in it.
-class TemporaryFolder {
- public:
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
-  }
-  absl::Status Make() {
-    std::string name = std::filesystem::temp_directory_path() / "parallax-table-XXXXXX";
-    if (mkdtemp(name.data()) == nullptr) return ErrnoError(errno, "make " + name);
-    path_ = name;
-    return absl::OkStatus();
-  }
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
 };
 
 // Scores of a folder, or of a coordinator's study; `table` gets the study's order and reference.
@@ -56,13 +38,18 @@ absl::StatusOr<std::vector<Evaluation>> FindScores(const std::string& what, Tabl
                             : absl::StatusOr<v1::StudySpec>(NotFound(""));
     if (loaded.ok()) study = *loaded;
   }
-  TemporaryFolder brought;
+  std::optional<TemporaryFolder> brought;
   if (!std::filesystem::exists(what, error)) {
-    ASSIGN_OR_RETURN(const auto connection, session.Connect());
-    ASSIGN_OR_RETURN(const v1::StudyStatus status, connection->FindStudy(what));
+    ASSIGN_OR_RETURN(const auto connection, session.ConnectInPlaceOf(what));
+    const absl::StatusOr<v1::StudyStatus> found = connection->FindStudy(what);
+    if (!found.ok()) {
+      return MakeError(found.status().code(), what + ": no such folder here, and " +
+                                                  std::string(ToStd(found.status().message())));
+    }
+    const v1::StudyStatus& status = *found;
     study = status.spec();
-    RETURN_IF_ERROR(brought.Make());
-    dir = brought.path();
+    ASSIGN_OR_RETURN(brought, TemporaryFolder::Make("table"));
+    dir = brought->path();
     ASSIGN_OR_RETURN(const auto results, StudyResults::Open(dir, study));
     RETURN_IF_ERROR(results->CatchUp(*connection, status.study_id(), /*only_scores=*/true));
   }
@@ -77,7 +64,7 @@ absl::StatusOr<std::vector<Evaluation>> FindScores(const std::string& what, Tabl
     table.baseline = of_study.baseline;
   }
   // The folder is gone when the user reads of it.
-  if (!brought.path().empty() && absl::IsNotFound(scores.status())) {
+  if (brought && absl::IsNotFound(scores.status())) {
     return NotFound("study {} has no scores yet", what);
   }
   return scores;

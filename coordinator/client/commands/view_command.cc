@@ -1,11 +1,15 @@
 // view: what is in a dataset, as a picture.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "common/base/status.h"
 #include "coordinator/client/command.h"
+#include "coordinator/client/connection.h"
+#include "coordinator/client/interrupt.h"
+#include "coordinator/client/runs/embedded_coordinator.h"
 #include "coordinator/client/views/text.h"
 #include "worker/dataset/sheets/contact_sheet.h"
 #include "worker/dataset/sheets/variant_sheet.h"
@@ -18,6 +22,8 @@ struct ViewOptions {
   std::string out;
   int rows = 0;  // 0: eight, or three with `variants`.
   bool variants = false;
+  bool page = false;
+  std::string page_listen = "127.0.0.1:0";
 };
 
 absl::StatusOr<ExitCode> ViewVariants(const ViewOptions& options, Session& session) {
@@ -41,11 +47,39 @@ absl::StatusOr<ExitCode> ViewVariants(const ViewOptions& options, Session& sessi
   return kExitOk;
 }
 
+void PrintPage(const std::string& link, const char* note, Session& session) {
+  if (session.options.json) {
+    session.PrintJson({{"page", link}});
+  } else {
+    *session.out().stream << link << "\n" << std::flush;
+  }
+  session.PrintNote(note);
+}
+
+// The page over a run's folder: the run's own while it runs, else one of this process.
+absl::StatusOr<ExitCode> ViewPage(const ViewOptions& options, Session& session) {
+  const std::string work_dir = (std::filesystem::absolute(options.dir) / ".parallax").string();
+  if (const auto address = AddressOfRun(work_dir); address.ok()) {
+    ASSIGN_OR_RETURN(const auto connection, Connection::Open(*address));
+    ASSIGN_OR_RETURN(const std::string link, connection->OpenPage());
+    PrintPage(link, "the run that writes this folder serves the page, until it ends", session);
+    return kExitOk;
+  }
+  InterruptScope interrupts;
+  ASSIGN_OR_RETURN(const auto coordinator, EmbeddedCoordinator::StartToView(work_dir));
+  ASSIGN_OR_RETURN(const std::string link, coordinator->ServePage(options.page_listen));
+  PrintPage(link, "opens once, and only shows; Ctrl-C ends it", session);
+  while (!interrupts.WaitFor(std::chrono::hours(1))) {
+  }
+  return kExitOk;
+}
+
 absl::StatusOr<ExitCode> View(const ViewOptions& options, Session& session) {
   std::error_code error;
   if (!std::filesystem::is_directory(options.dir, error)) {
     return NotFound("{}: no such folder", options.dir);
   }
+  if (options.page) return ViewPage(options, session);
   if (options.variants) return ViewVariants(options, session);
   const std::string out = options.out.empty() ? options.dir + "/contact_sheet.png" : options.out;
   ContactSheetOptions sheet;
@@ -75,7 +109,7 @@ absl::StatusOr<ExitCode> View(const ViewOptions& options, Session& session) {
 
 void RegisterView(Registry& registry) {
   CLI::App* command = registry.AddCommand(
-      registry.app, "view", "Draw a contact sheet and histograms of a dataset",
+      registry.app, "view", "Show a dataset: a contact sheet and histograms, or the web page",
       "One row a pair: left, right, disparity, occlusion, objects, materials and normals, as far "
       "as\n"
       "they were written; beside it a page of histograms. Any folder above frame folders will do.\n"
@@ -83,7 +117,8 @@ void RegisterView(Registry& registry) {
       "Examples:\n"
       "  parallax view out/quickstart\n"
       "  parallax view out/baseline/narrow --rows 20 --out narrow.png\n"
-      "  parallax view out/table1 --variants       the same pair of each variant side by side\n");
+      "  parallax view out/table1 --variants       the same pair of each variant side by side\n"
+      "  parallax view out/table1 --page           in the browser: pairs, jobs, logs, results\n");
   command->group(kLocalCommands);
   auto options = std::make_shared<ViewOptions>();
   command->add_option("DIR", options->dir, "A dataset, or a part of one")->required();
@@ -95,6 +130,14 @@ void RegisterView(Registry& registry) {
       ->check(CLI::Range(1, 200));
   command->add_flag("--variants", options->variants,
                     "The same pairs of all variants side by side (DIR/variants.png)");
+  command->add_flag(
+      "--page", options->page,
+      "Serve the web page over a folder of `run`, finished or running; writes nothing "
+      "there");
+  command
+      ->add_option("--page-listen", options->page_listen,
+                   "Address of the page (default 127.0.0.1 and any free port)")
+      ->type_name("HOST:PORT");
   registry.AddJsonOption(command);
   registry.SetAction(command, [options](Session& session) { return View(*options, session); });
 }

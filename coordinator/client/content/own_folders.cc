@@ -1,9 +1,14 @@
 #include "coordinator/client/content/own_folders.h"
 
-#include <cstdint>
-#include <string_view>
+#include <fmt/core.h>
 
-#include "common/base/system/file.h"
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include "common/base/system/log.h"
+#include "common/image/picture_pair.h"
 #include "worker/assets/files/own_meshes.h"
 #include "worker/materials/pictures/environment_folder.h"
 #include "worker/materials/pictures/picture_folder.h"
@@ -13,99 +18,75 @@
 namespace parallax::client {
 namespace {
 
-uint32_t BigEndian(std::string_view bytes) {
-  uint32_t number = 0;
-  for (const char byte : bytes) number = number << 8 | static_cast<uint8_t>(byte);
-  return number;
-}
-
-// Says what is wrong with a PNG; "" if its header gives a size and all its chunks are there.
-// Source: PNG (third edition), 5.3 and 11.2.1.
-std::string WhyNotPng(std::string_view bytes) {
-  constexpr size_t kAround = 12;  // Size, type and checksum of a chunk.
-  for (size_t at = 8; bytes.size() >= at + kAround;) {
-    const size_t size = BigEndian(bytes.substr(at, 4));
-    const std::string_view type = bytes.substr(at + 4, 4), data = bytes.substr(at + 8);
-    if (size > bytes.size() - at - kAround) break;
-    if (at == 8 && (type != "IHDR" || size != 13 || BigEndian(data.substr(0, 4)) == 0 ||
-                    BigEndian(data.substr(4, 4)) == 0)) {
-      return "broken PNG: its header gives no size";
-    }
-    if (type == "IEND") return "";
-    at += kAround + size;
+absl::StatusOr<ContentReport> CheckPictures(const std::string& dir) {
+  ASSIGN_OR_RETURN(const std::vector<FolderFile> pictures, ReadPictureFolder(dir));
+  ContentReport report{ContentHashOf(pictures), {}, {}};
+  for (const FolderFile& picture : pictures) {
+    // A header says neither what inks a picture has nor whether its data is sound.
+    ASSIGN_OR_RETURN(std::vector<std::string> notes, CheckPicture(dir + "/" + picture.name));
+    for (const std::string& note : notes) LogWarning("picture", {{"note", note}});
+    report.items.push_back({picture.name, "a picture", std::move(notes)});
   }
-  return "broken PNG: it ends early";
+  return report;
 }
 
-bool IsJpegFrame(uint8_t marker) {
-  return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+std::string Joined(const std::vector<std::string>& parts) {
+  std::string text;
+  for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
+  return text;
 }
 
-// Says what is wrong with a JPEG; "" if its header gives a size and its end is there.
-// Source: ITU-T T.81, B.1.1 and B.2.2.
-std::string WhyNotJpeg(std::string_view bytes) {
-  bool has_size = false;
-  for (size_t at = 2; at + 4 <= bytes.size();) {
-    const auto marker = static_cast<uint8_t>(bytes[at + 1]);
-    if (bytes[at] != '\xff') return "broken JPEG: no marker after the one before";
-    if (marker == 0xff) {  // Fills.
-      ++at;
+// A mesh in its file's unit: width, depth and height, and its materials with their maps.
+std::string TextOf(const MeshFile& file) {
+  const Vec3f size = file.mesh.Bounds().sizes();
+  std::string text = fmt::format("{} triangles, {:.4g} x {:.4g} x {:.4g}",
+                                 file.mesh.triangles.size(), size.x(), size.y(), size.z());
+  for (const FileMaterial& material : file.materials) {
+    if (!material.looks) {
+      text += "; no material";
       continue;
     }
-    const std::string_view data = bytes.substr(at + 4);
-    if (IsJpegFrame(marker) && data.size() >= 5) {
-      has_size = BigEndian(data.substr(1, 2)) > 0 && BigEndian(data.substr(3, 2)) > 0;
-    }
-    if (marker == 0xda) {  // The picture itself begins.
-      if (!has_size) return "broken JPEG: its header gives no size";
-      if (bytes.find("\xff\xd9", at) != bytes.npos) return "";
-      break;
-    }
-    at += 2 + BigEndian(bytes.substr(at + 2, 2));
+    text += fmt::format("; material {} ({})", material.name,
+                        material.maps.empty() ? "no maps" : Joined(material.maps));
   }
-  return "broken JPEG: it ends early";
+  return text;
 }
 
-// Looks at the header and for the end, without decoding: folders have thousands of pictures.
-absl::Status CheckPicture(const std::string& path) {
-  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
-  const std::string why = bytes.starts_with("\x89PNG\r\n\x1a\n") ? WhyNotPng(bytes)
-                          : bytes.starts_with("\xff\xd8")
-                              ? WhyNotJpeg(bytes)
-                              : "neither a PNG nor a JPEG: convert it to one of them";
-  return why.empty() ? absl::OkStatus() : InvalidArgument("{}: {}", path, why);
-}
-
-absl::StatusOr<std::string> CheckPictures(const std::string& dir) {
-  ASSIGN_OR_RETURN(const std::vector<FolderFile> pictures, ReadPictureFolder(dir));
-  for (const FolderFile& picture : pictures) {
-    RETURN_IF_ERROR(CheckPicture(dir + "/" + picture.name));
-  }
-  return ContentHashOf(pictures);
-}
-
-absl::StatusOr<std::string> CheckMeshes(const std::vector<std::string>& dirs) {
+absl::StatusOr<ContentReport> CheckMeshes(const std::vector<std::string>& dirs) {
   ASSIGN_OR_RETURN(const OwnMeshes meshes, ReadMeshFolders(dirs));
+  ContentReport report{meshes.sha256, {}, {}};
   for (const OwnMesh& mesh : meshes.meshes) {
     const auto file = OpenOwnMesh(mesh.asset_class, mesh.seed);
     if (!file.ok()) return WithContext(file.status(), mesh.path);
+    report.items.push_back({mesh.path, TextOf(**file), (*file)->left_out});
   }
-  return meshes.sha256;
+  return report;
 }
 
-absl::StatusOr<std::string> CheckTextures(const std::string& dir) {
+absl::StatusOr<ContentReport> CheckTextures(const std::string& dir) {
   ASSIGN_OR_RETURN(const TextureFolder folder, ReadTextureFolder(dir));
-  for (const TextureSet& set : folder.sets) RETURN_IF_ERROR(CheckTextureSet(set));
-  return folder.sha256;
+  ContentReport report{folder.sha256, {}, folder.left_out};
+  for (const TextureSet& set : folder.sets) {
+    RETURN_IF_ERROR(CheckTextureSet(set));
+    report.items.push_back({set.name, Joined(set.maps), set.left_out});
+  }
+  return report;
 }
 
-absl::StatusOr<std::string> CheckHdris(const std::string& dir) {
+absl::StatusOr<ContentReport> CheckHdris(const std::string& dir) {
   ASSIGN_OR_RETURN(const EnvironmentFolder folder, ReadEnvironmentFolder(dir));
-  for (const uint64_t seed : folder.seeds) RETURN_IF_ERROR(OpenEnvironment(seed).status());
-  return folder.sha256;
+  ContentReport report{folder.sha256, {}, {}};
+  for (size_t i = 0; i < folder.seeds.size(); ++i) {
+    ASSIGN_OR_RETURN(const auto environment, OpenEnvironment(folder.seeds[i]));
+    report.items.push_back(
+        {folder.names[i],
+         fmt::format("surroundings, mean luminance {:.3g}", environment->mean_luminance()),
+         {}});
+  }
+  return report;
 }
 
-absl::StatusOr<std::string> CheckFolders(ContentKind kind, const std::vector<std::string>& dirs) {
+absl::StatusOr<ContentReport> CheckFolders(ContentKind kind, const std::vector<std::string>& dirs) {
   switch (kind) {
     case ContentKind::kMeshes:
       return CheckMeshes(dirs);
@@ -119,19 +100,48 @@ absl::StatusOr<std::string> CheckFolders(ContentKind kind, const std::vector<std
   return CheckPictures(dirs.front());
 }
 
+std::span<const std::string_view> EndingsOf(ContentKind kind) {
+  static constexpr std::string_view kPictures[] = {".png", ".jpg", ".jpeg"};
+  static constexpr std::string_view kTextures[] = {".png", ".jpg", ".jpeg", ".exr"};
+  static constexpr std::string_view kHdris[] = {".hdr", ".exr"};
+  static constexpr std::string_view kMeshes[] = {".glb", ".obj", ".ply", ".mtl",
+                                                 ".png", ".jpg", ".jpeg"};
+  switch (kind) {
+    case ContentKind::kMeshes:
+      return kMeshes;
+    case ContentKind::kTextures:
+      return kTextures;
+    case ContentKind::kHdris:
+      return kHdris;
+    case ContentKind::kPictures:
+      break;
+  }
+  return kPictures;
+}
+
 }  // namespace
+
+absl::StatusOr<ContentReport> CheckContent(ContentKind kind, const std::vector<std::string>& dirs) {
+  ASSIGN_OR_RETURN(ContentReport report, CheckFolders(kind, dirs));
+  for (const std::string& dir : dirs) {
+    ASSIGN_OR_RETURN(const ContentNames names, NamesOfContent(dir, EndingsOf(kind)));
+    for (const std::string& name : names.left_out) {
+      report.left_out.push_back(dirs.size() == 1 ? name : dir + "/" + name);
+    }
+  }
+  return report;
+}
 
 absl::StatusOr<std::string> ContentHashes::Of(ContentKind kind,
                                               const std::vector<std::string>& dirs) {
   auto [entry, is_new] = known_.try_emplace({kind, dirs});
   if (!is_new) return entry->second;
-  absl::StatusOr<std::string> sha256 = CheckFolders(kind, dirs);
-  if (sha256.ok()) {
-    entry->second = *sha256;
-  } else {
+  const absl::StatusOr<ContentReport> report = CheckFolders(kind, dirs);
+  if (!report.ok()) {
     known_.erase(entry);
+    return report.status();
   }
-  return sha256;
+  return entry->second = report->sha256;
 }
 
 }  // namespace parallax::client

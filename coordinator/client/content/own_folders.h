@@ -12,14 +12,31 @@ namespace parallax::client {
 
 enum class ContentKind { kPictures, kTextures, kHdris, kMeshes };
 
+// One picture, texture set, sky or mesh as it was understood.
+struct ContentItem {
+  std::string name;                   // Its file, relative to the folder, or the name of the set.
+  std::string text;                   // "12 triangles, 1 x 0.6 x 0.6, paint (colour tex.png)"
+  std::vector<std::string> left_out;  // What the file has that is not used, and why.
+};
+
+// All that folders of one kind hold.
+struct ContentReport {
+  std::string sha256;  // For the config's field of this kind.
+  std::vector<ContentItem> items;
+  std::vector<std::string> left_out;  // Files and folders that are no content of this kind.
+};
+
+// Opens every file in the folders. Only meshes may have several. Errors: kNotFound for a folder
+// without such files; kInvalidArgument that names the bad file, what is wrong with it and what is
+// wanted.
+absl::StatusOr<ContentReport> CheckContent(ContentKind kind, const std::vector<std::string>& dirs);
+
 // Computes hashes of folders and remembers them: variants of a study mostly name the same folders.
 // Not thread-safe.
 class ContentHashes {
  public:
-  // Returns the hash for the config's field of this kind. Only meshes may have several folders.
-  // Every file is opened, so that a bad one is found before any work is done. Errors: kNotFound for
-  // a folder without such files; kInvalidArgument that names the bad file, what is wrong with it
-  // and what is wanted.
+  // Returns the hash for the config's field of this kind. Every file is opened, so that a bad one
+  // is found before any work is done. Errors: those of CheckContent.
   absl::StatusOr<std::string> Of(ContentKind kind, const std::vector<std::string>& dirs);
 
  private:

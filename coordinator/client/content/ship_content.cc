@@ -12,6 +12,7 @@
 #include "common/config/content_folders.h"
 #include "common/store/content.h"
 #include "coordinator/client/content/study_options.h"
+#include "worker/evaluate/own_benchmark.h"
 #include "worker/materials/pictures/picture_folder.h"
 
 namespace parallax::client {
@@ -48,6 +49,26 @@ class Shipper {
     return absl::OkStatus();
   }
 
+  // Ships what an own benchmark reads; a list goes as a folder with a list that names its files.
+  absl::Status ShipBenchmark(v1::OwnBenchmark* own) {
+    const std::string path = FromRoot(PathOfBenchmark(*own));
+    std::error_code error;
+    if (!std::filesystem::exists(path, error)) return absl::OkStatus();
+    ASSIGN_OR_RETURN(const OwnBenchmarkFiles found, ReadOwnBenchmark(*own, path));
+    std::vector<ContentFile> files;
+    for (const OwnBenchmarkFile& file : found.files) files.push_back(file.file);
+    RETURN_IF_ERROR(CheckContentSizes(files, path));
+    for (const OwnBenchmarkFile& file : found.files) {
+      if (!file.path.empty()) {
+        RETURN_IF_ERROR(ShipFile(file.path, file.file));
+        continue;
+      }
+      RETURN_IF_ERROR(
+          Patiently([&] { return store_.Put(ContentPath(file.file.sha256), found.list); }));
+    }
+    return ShipList(files, path, [own](const std::string& text) { SetPath(text, *own); });
+  }
+
   const ShippedContent& shipped() const { return shipped_; }
 
  private:
@@ -63,22 +84,26 @@ class Shipper {
       files.push_back({file.name, static_cast<int64_t>(size), file.sha256});
     }
     RETURN_IF_ERROR(CheckContentSizes(files, dir));
+    for (const ContentFile& file : files) RETURN_IF_ERROR(ShipFile(dir + "/" + file.name, file));
+    return ShipList(files, dir, [folder](const std::string& text) { *folder = text; });
+  }
+
+  // `set` gets the text that names the list and, from "/", `path`.
+  template <typename Set>
+  absl::Status ShipList(const std::vector<ContentFile>& files, const std::string& path, Set set) {
     const std::string list = ContentListText(files);
     RETURN_IF_ERROR(ParseContentList(list).status());
-    for (const ContentFile& file : files) RETURN_IF_ERROR(ShipFile(dir, file));
     const std::string sha256 = Sha256Hex(list);
     RETURN_IF_ERROR(Patiently([&] { return store_.Put(ContentPath(sha256), list); }));
     ++shipped_.folders;
-    *folder = ContentReferenceText({sha256, dir.substr(1)});
+    set(ContentReferenceText({sha256, path.substr(1)}));
     return absl::OkStatus();
   }
 
-  absl::Status ShipFile(const std::string& dir, const ContentFile& file) {
+  absl::Status ShipFile(const std::string& path, const ContentFile& file) {
     const StoreFile facts{file.size, file.sha256};
-    const absl::Status status = Patiently([&] {
-      return store_.PutFile(ContentPath(file.sha256), dir + "/" + file.name, facts,
-                            /*may_move=*/false);
-    });
+    const absl::Status status = Patiently(
+        [&] { return store_.PutFile(ContentPath(file.sha256), path, facts, /*may_move=*/false); });
     if (!status.ok()) return WithContext(status, file.name);
     ++shipped_.files;
     shipped_.bytes += file.size;
@@ -100,6 +125,11 @@ absl::StatusOr<ShippedContent> ShipContent(v1::StudySpec& study, Store& store) {
       RETURN_IF_ERROR(shipper.Ship(folder));
     }
   }
+  for (int i = 0; i < study.evaluate().own_benchmarks_size(); ++i) {
+    v1::OwnBenchmark& own = *study.mutable_evaluate()->mutable_own_benchmarks(i);
+    const absl::Status status = shipper.ShipBenchmark(&own);
+    if (!status.ok()) return WithContext(status, "own benchmark " + own.name());
+  }
   return shipper.shipped();
 }
 
@@ -108,6 +138,11 @@ void NameOwnCopies(v1::StudySpec& study) {
     for (std::string* folder : ContentFoldersOf(*variant.mutable_config())) {
       if (const auto reference = FindContentReference(*folder)) *folder = reference->path;
     }
+  }
+  for (int i = 0; i < study.evaluate().own_benchmarks_size(); ++i) {
+    v1::OwnBenchmark& own = *study.mutable_evaluate()->mutable_own_benchmarks(i);
+    if (const auto reference = FindContentReference(PathOfBenchmark(own)))
+      SetPath(reference->path, own);
   }
 }
 

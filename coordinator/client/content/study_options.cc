@@ -12,17 +12,18 @@
 #include "common/config/check/limits.h"
 #include "common/config/check/rig_counts.h"
 #include "common/config/config.h"
+#include "common/config/config_text.h"
+#include "common/config/content_folders.h"
 #include "common/config/training_plan.h"
 #include "common/store/content.h"
 #include "coordinator/client/content/own_folders.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/study/expansion.h"
 #include "coordinator/study/keys.h"
+#include "worker/evaluate/own_benchmark.h"
 
 namespace parallax::client {
 namespace {
-
-constexpr char kBuiltinTrainer[] = "builtin";
 
 // Clears the fields in which two submissions of the same study may differ.
 v1::StudySpec WithoutIncidentals(v1::StudySpec study) {
@@ -47,7 +48,10 @@ void ApplyToVariant(const StudyOptions& options, int rigs_per_scene, v1::SceneCo
   if (options.height) rigs.set_height_px(*options.height);
   if (options.samples) config.mutable_render()->set_samples_per_pixel(*options.samples);
   if (options.profile) config.mutable_render()->set_profile(*options.profile);
-  if (options.picture_dir) config.mutable_materials()->set_picture_dir(*options.picture_dir);
+  if (options.picture_dir) {
+    config.mutable_materials()->set_picture_dir(
+        config_internal::OwnPathOf(*options.picture_dir, "./option"));
+  }
 }
 
 }  // namespace
@@ -68,24 +72,38 @@ void AddStudyOptions(CLI::App& command, StudyOptions& options) {
       ->group(group);
   command
       .add_option("--picture-dir", options.picture_dir,
-                  "Your pictures for paintings, screens, covers and packages: a path below the\n"
-                  "workers' --picture-root (with `run`: any folder of this machine)")
+                  "Your pictures for paintings, screens, covers and packages: a folder of this\n"
+                  "machine, or a path below the workers' --picture-root")
       ->type_name("DIR")
       ->group(group);
   command.add_option("--width", options.width, "Image width, pixels")->group(group);
   command.add_option("--height", options.height, "Image height, pixels")->group(group);
 }
 
-absl::Status TakePicturesFromHere(StudyOptions& options) {
-  if (!options.picture_dir) return absl::OkStatus();
-  std::error_code error;
-  const std::filesystem::path dir = std::filesystem::canonical(*options.picture_dir, error);
-  if (error || !std::filesystem::is_directory(dir, error)) {
-    return NotFound("--picture-dir: there is no folder {}", *options.picture_dir);
+namespace {
+
+// One side alone would change the pictures' shape.
+absl::Status CheckSides(const StudyOptions& options, const v1::StudySpec& study) {
+  if (options.width.has_value() == options.height.has_value()) return absl::OkStatus();
+  for (const v1::VariantSpec& variant : study.variants()) {
+    const int64_t width = variant.config().rigs().width_px();
+    const int64_t height = variant.config().rigs().height_px();
+    const int64_t new_width = options.width.value_or(width);
+    const int64_t new_height = options.height.value_or(height);
+    if (width <= 0 || height <= 0) continue;
+    const int64_t kept = options.width ? (new_width * height + width / 2) / width
+                                       : (new_height * width + height / 2) / height;
+    if (kept == (options.width ? height : width)) continue;
+    return InvalidArgument(
+        "{} {} alone makes pictures of {} x {} out of {} x {}: give {} {} as well, which keeps "
+        "their shape",
+        options.width ? "--width" : "--height", options.width ? new_width : new_height, new_width,
+        new_height, width, height, options.width ? "--height" : "--width", kept);
   }
-  options.picture_dir = dir.relative_path().string();
   return absl::OkStatus();
 }
+
+}  // namespace
 
 absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
   if (options.pairs && options.scenes) {
@@ -113,6 +131,7 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
   for (int i = variants.size(); i-- > 0;) {
     if (variants[i].heldout()) variants.DeleteSubrange(i, 1);
   }
+  const absl::Status sides = CheckSides(options, study);
   if (options.name) study.set_name(*options.name);
   if (options.seed) study.set_seed(*options.seed);
   if (options.rigs) study.set_rigs_per_scene(*options.rigs);
@@ -136,6 +155,7 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
     ApplyToVariant(options, RigsPerSceneOf(study, variant), *variant.mutable_config());
   }
   RETURN_IF_ERROR(OfOptions(ValidateStudy(study)));
+  RETURN_IF_ERROR(sides);
   ResolveTraining(&study);
   return study;
 }
@@ -171,12 +191,7 @@ absl::Status NothingInFolder(const FolderField& field, const std::string& dir,
         what, field.command, field.sha256_name);
   }
   if (exists) return InvalidArgument("{}", what);
-  return InvalidArgument(
-      "{}; `run` counts these paths from /: home/ada/own stands for "
-      "/home/ada/own{}",
-      what,
-      field.kind == ContentKind::kPictures ? ", and its option --picture-dir takes any folder"
-                                           : "");
+  return InvalidArgument("{}, and none of this path beside the study's file", what);
 }
 
 // Hashes a variant's folder, or list of folders.
@@ -233,50 +248,38 @@ std::string FromRoot(const std::string& dir) {
   return "/" + (reference ? reference->path : dir);
 }
 
+namespace {
+
+absl::Status HashBenchmark(v1::OwnBenchmark& own, FolderReaders readers) {
+  const std::string path = FromRoot(PathOfBenchmark(own));
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) {
+    if (!own.sha256().empty()) return absl::OkStatus();
+    return InvalidArgument("{} of this path beside the study's file, and no {}{}",
+                           own.list().empty() ? "no folder" : "no file", path,
+                           readers == FolderReaders::kOfFarm ? ", as seen from here" : "");
+  }
+  ASSIGN_OR_RETURN(const OwnBenchmarkFiles files, ReadOwnBenchmark(own, path));
+  if (!own.sha256().empty() && own.sha256() != files.sha256) {
+    return FailedPrecondition("the content of {} is not that of sha256 (it is {})", path,
+                              files.sha256);
+  }
+  own.set_sha256(files.sha256);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
 absl::Status HashContent(v1::StudySpec& study, FolderReaders readers) {
   ContentHashes hashes;
   for (v1::VariantSpec& variant : *study.mutable_variants()) {
     const absl::Status status = HashContentOf(*variant.mutable_config(), readers, hashes);
     if (!status.ok()) return WithContext(status, "variant " + variant.name());
   }
-  return absl::OkStatus();
-}
-
-absl::Status CheckTrainer(const v1::StudySpec& study, const std::string& file,
-                          const std::string& allowed, const std::string& trainers_dir) {
-  if (!study.has_train()) return absl::OkStatus();
-  const std::string& trainer = study.train().trainer();
-  const int line = LineOfField(study.source_yaml(), "train.trainer");
-  const std::string where =
-      file + (line > 0 ? fmt::format(":{}", line) : "") + ": train.trainer: " + Quoted(trainer);
-  const std::string names = allowed.empty() ? kBuiltinTrainer : allowed;
-  if (("," + names + ",").find("," + trainer + ",") == std::string::npos) {
-    return InvalidArgument("{} may not run here, allowed by --allow-trainers: {}", where, names);
-  }
-  std::error_code error;
-  const std::string contract = trainers_dir + "/" + trainer + ".yaml";
-  if (trainer == kBuiltinTrainer || std::filesystem::is_regular_file(contract, error)) {
-    return absl::OkStatus();
-  }
-  return InvalidArgument("{}: {}", where,
-                         trainers_dir.empty()
-                             ? "name the folder with " + trainer + ".yaml by --trainers"
-                             : "no such file " + contract);
-}
-
-absl::Status CheckGpu(const v1::StudySpec& study, const std::string& file,
-                      const std::string& device) {
-  const struct {
-    const char* field;
-    int gpus;
-  } needs[] = {{"train.needs.gpus", study.train().needs().gpus()},
-               {"evaluate.needs.gpus", study.evaluate().needs().gpus()}};
-  std::error_code error;
-  for (const auto& need : needs) {
-    if (need.gpus == 0 || std::filesystem::exists(device, error)) continue;
-    const int line = LineOfField(study.source_yaml(), need.field);
-    return InvalidArgument("{}{}: {}: {}, but this machine has no GPU ({} is missing)", file,
-                           line > 0 ? fmt::format(":{}", line) : "", need.field, need.gpus, device);
+  if (!study.has_evaluate()) return absl::OkStatus();
+  for (v1::OwnBenchmark& own : *study.mutable_evaluate()->mutable_own_benchmarks()) {
+    const absl::Status status = HashBenchmark(own, readers);
+    if (!status.ok()) return WithContext(status, "evaluate.benchmarks: " + own.name());
   }
   return absl::OkStatus();
 }

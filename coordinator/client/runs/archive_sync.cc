@@ -3,8 +3,11 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
+#include <filesystem>
+
 #include "common/base/names.h"
 #include "common/store/store.h"
+#include "worker/dataset/archive/archive_index.h"
 
 namespace parallax::client {
 namespace {
@@ -24,12 +27,13 @@ absl::Status CheckNames(const v1::PublishedFrame& frame) {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<ArchiveSync>> ArchiveSync::Open(const std::string& out_dir,
-                                                               const v1::StudySpec& study) {
+                                                               const v1::StudySpec& study,
+                                                               bool verify) {
   for (const v1::VariantSpec& variant : study.variants()) {
     RETURN_IF_ERROR(CheckName("variant", variant.name()));
   }
   ASSIGN_OR_RETURN(auto writer, ArchiveWriter::Open(out_dir, study));
-  return std::unique_ptr<ArchiveSync>(new ArchiveSync(out_dir, std::move(writer)));
+  return std::unique_ptr<ArchiveSync>(new ArchiveSync(out_dir, std::move(writer), verify));
 }
 
 absl::Status ArchiveSync::CatchUp(Connection& connection, int64_t study_id) {
@@ -48,15 +52,31 @@ absl::Status ArchiveSync::CatchUp(Connection& connection, int64_t study_id) {
                          connection.GetScene(study_id, frame.variant(), frame.scene()));
         RETURN_IF_ERROR(writer_->AddScene(frame.variant(), frame.scene(), scene.scene()));
       }
-      RETURN_IF_ERROR(AddFrame(frame));
+      const absl::Status added = AddFrame(frame);
+      if (verify_ && (absl::IsDataLoss(added) || absl::IsNotFound(added))) {
+        damaged_.push_back(fmt::format("{}, scene {}, rig {}: {}", frame.variant(), frame.scene(),
+                                       frame.frame().rig(), ToStd(added.message())));
+      } else {
+        RETURN_IF_ERROR(added);
+      }
       cursor_ = frame.cursor();
     }
   }
   return absl::OkStatus();
 }
 
+bool ArchiveSync::IsArchived(const v1::PublishedFrame& frame) const {
+  std::error_code error;
+  return std::filesystem::exists(
+      out_dir_ + "/" + frame.variant() + "/" + FramePath({frame.scene(), frame.frame().rig()}),
+      error);
+}
+
 // A frame that is there already needs nothing of the store.
 absl::Status ArchiveSync::AddFrame(const v1::PublishedFrame& frame) {
+  if (verify_ && store_->is_local() && !IsArchived(frame)) {
+    RETURN_IF_ERROR(store_->Verify(frame.frame()));
+  }
   const absl::Status status = writer_->AddFrame(frame, store_->folder());
   if (store_->is_local() || !absl::IsNotFound(status)) return status;
   const absl::Status brought = store_->Bring(frame.frame());

@@ -1,17 +1,23 @@
 #include "coordinator/client/runs/embedded_coordinator.h"
 
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 
+#include "common/base/status.h"
 #include "common/base/system/file.h"
 #include "common/base/system/memory_end.h"
+#include "common/rpc/endpoint.h"
 #include "common/store/store.h"
 #include "coordinator/client/exit_code.h"
+#include "coordinator/client/runs/page_table.h"
 #include "coordinator/http/http_server.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
@@ -59,6 +65,19 @@ void RemoveLeftSocket(const std::string& note) {
   fs::remove(note, error);
 }
 
+// Gives back what the workers of a run that was killed held: they are gone.
+absl::Status EndLeases(JobQueue& queue) {
+  ASSIGN_OR_RETURN(const std::vector<v1::StudyStatus> studies, queue.ListStudies(1000));
+  for (const v1::StudyStatus& study : studies) {
+    v1::ListJobsRequest leased;
+    leased.set_study_id(study.study_id());
+    leased.set_state("LEASED");
+    ASSIGN_OR_RETURN(const std::vector<v1::JobStatus> jobs, queue.ListJobs(leased));
+    for (const v1::JobStatus& job : jobs) RETURN_IF_ERROR(queue.WorkerLost(job.worker()).status());
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<std::string> MakeSocketFolder() {
@@ -70,6 +89,69 @@ absl::StatusOr<std::string> MakeSocketFolder() {
     if (mkdtemp(folder.data()) != nullptr) return folder;
   }
   return Internal("no folder for a socket: $XDG_RUNTIME_DIR, $TMPDIR and /tmp are unusable");
+}
+
+absl::StatusOr<std::string> AddressOfRun(const std::string& work_dir) {
+  ASSIGN_OR_RETURN(const std::string folder, ReadFile(work_dir + "/socket", 4096));
+  ASSIGN_OR_RETURN(const RpcAddress address, ParseRpcAddress("unix:" + folder + kSocketName));
+  // The note of a run that was killed names a socket that nobody listens to.
+  const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_un name{};
+  name.sun_family = AF_UNIX;
+  std::snprintf(name.sun_path, sizeof name.sun_path, "%s%s", folder.c_str(), kSocketName);
+  const int failed = ::connect(probe, reinterpret_cast<const sockaddr*>(&name), sizeof name);
+  ::close(probe);
+  if (failed != 0) return NotFound("{}: no run writes there now", work_dir);
+  return address.ToString();
+}
+
+absl::Status EmbeddedCoordinator::Listen() {
+  CoordinatorServerOptions server;
+  address_ = "unix:" + socket_dir_ + kSocketName;
+  server.listen = {address_};
+  server.store_uri = store_->Uri();
+  server.store = store_.get();
+  server.spool_dir = copy_dir_.empty()
+                         ? store_->Uri().substr(sizeof "file://" - 1) + "/.tmp-incoming"
+                         : copy_dir_ + "/incoming";
+  server.reconnect_grace_s = kReconnectGrace_s;
+  ASSIGN_OR_RETURN(server_, CoordinatorServer::Start(server, *queue_));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::unique_ptr<EmbeddedCoordinator>> EmbeddedCoordinator::StartToView(
+    const std::string& work_dir) {
+  std::error_code error;
+  if (!fs::exists(work_dir + "/queue.db", error)) {
+    return NotFound(
+        "{}/queue.db: missing: `parallax run` leaves it in its folder, `fetch` does not", work_dir);
+  }
+  std::unique_ptr<EmbeddedCoordinator> coordinator(new EmbeddedCoordinator);
+  coordinator->view_only_ = true;
+  ASSIGN_OR_RETURN(coordinator->store_,
+                   OpenStore(work_dir + "/store", {.create = false, .read_only = true}));
+  ASSIGN_OR_RETURN(coordinator->socket_dir_, MakeSocketFolder());
+  std::string copy = (fs::temp_directory_path(error) / "parallax-view-XXXXXX").string();
+  if (error || ::mkdtemp(copy.data()) == nullptr) {
+    return ErrnoError(error ? error.value() : errno, "make a folder for temporary files");
+  }
+  coordinator->copy_dir_ = copy;
+  JobQueueOptions queue;
+  queue.db_path = copy + "/queue.db";
+  queue.own_timer = false;
+  queue.archive_after_s = 0;
+  // A run that was killed has left a part of its database in the write-ahead log.
+  for (const char* name : {"/queue.db", "/queue.db-wal"}) {
+    if (!fs::exists(work_dir + name, error)) continue;
+    fs::copy_file(work_dir + name, copy + name, error);
+    if (error) return ErrnoError(error.value(), "copy " + work_dir + name + " to " + copy);
+    fs::permissions(copy + name, fs::perms::owner_read | fs::perms::owner_write, error);
+  }
+  ASSIGN_OR_RETURN(coordinator->queue_, JobQueue::Open(queue));
+  coordinator->db_path_ = queue.db_path;
+  RETURN_IF_ERROR(EndLeases(*coordinator->queue_));
+  RETURN_IF_ERROR(coordinator->Listen());
+  return coordinator;
 }
 
 absl::StatusOr<std::unique_ptr<EmbeddedCoordinator>> EmbeddedCoordinator::Start(
@@ -93,31 +175,37 @@ absl::StatusOr<std::unique_ptr<EmbeddedCoordinator>> EmbeddedCoordinator::Start(
   ASSIGN_OR_RETURN(coordinator->queue_, JobQueue::Open(queue));
   coordinator->db_path_ = queue.db_path;
 
-  CoordinatorServerOptions server;
-  coordinator->address_ = "unix:" + coordinator->socket_dir_ + kSocketName;
-  server.listen = {coordinator->address_};
-  server.store_uri = coordinator->store_->Uri();
-  server.store = coordinator->store_.get();
-  server.spool_dir = store + "/.tmp-incoming";
-  server.reconnect_grace_s = kReconnectGrace_s;
-  ASSIGN_OR_RETURN(coordinator->server_, CoordinatorServer::Start(server, *coordinator->queue_));
+  RETURN_IF_ERROR(coordinator->Listen());
+  coordinator->server_->SetPage(
+      [it = coordinator.get()](const RpcCaller&) { return it->ServePage("127.0.0.1:0"); });
   return coordinator;
 }
 
+absl::StatusOr<std::string> EmbeddedCoordinator::PageLink() {
+  return view_only_
+             ? page_->link_url(
+                   {.has_certificate = true, .name = "this machine", .role = Role::kReadOnly})
+             : page_->link_url();
+}
+
 absl::StatusOr<std::string> EmbeddedCoordinator::ServePage(const std::string& listen) {
+  const std::lock_guard lock(page_mu_);
+  if (page_ != nullptr) return PageLink();
   HttpServerOptions options;
+  options.table = [this](int64_t study) { return PageTable(*queue_, *store_, study); };
   options.listen = listen;
   options.store_uri = store_->Uri();
   options.store = store_.get();
   options.db_path = db_path_;
   options.by_link_only = true;
   ASSIGN_OR_RETURN(page_, HttpServer::Start(options, *queue_, *server_));
-  return page_->link_url();
+  return PageLink();
 }
 
 EmbeddedCoordinator::~EmbeddedCoordinator() {
   const auto handler_before = std::signal(SIGALRM, EndOnLongShutdown);
   alarm(kLongestShutdown_s);
+  if (server_ != nullptr) server_->SetPage(nullptr);
   page_.reset();
   if (server_ != nullptr) server_->Shutdown();
   server_.reset();
@@ -125,9 +213,10 @@ EmbeddedCoordinator::~EmbeddedCoordinator() {
   alarm(0);
   std::signal(SIGALRM, handler_before);
   std::error_code error;
+  if (!copy_dir_.empty()) fs::remove_all(copy_dir_, error);
   if (socket_dir_.empty()) return;
   fs::remove_all(socket_dir_, error);
-  fs::remove(socket_note_, error);
+  if (!socket_note_.empty()) fs::remove(socket_note_, error);
 }
 
 }  // namespace parallax::client

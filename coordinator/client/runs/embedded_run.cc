@@ -12,7 +12,6 @@
 #include "coordinator/client/content/study_options.h"
 #include "coordinator/client/views/study_view.h"
 #include "coordinator/client/views/text.h"
-#include "worker/evaluate/benchmark.h"
 
 namespace parallax::client {
 namespace {
@@ -49,19 +48,11 @@ absl::Status CheckDiskError(const std::string& error) {
   return absl::OkStatus();
 }
 
-absl::Status CheckBenchmarksAreHere(const v1::StudySpec& study, const std::string& dir) {
-  for (const std::string& name : study.evaluate().benchmarks()) {
-    if (name == kShippedBenchmark) continue;  // Any worker takes its jobs.
-    const absl::Status opened = OpenBenchmark(name, dir).status();
-    if (!opened.ok()) return WithContext(opened, "evaluate.benchmarks (see --benchmarks)");
-  }
-  return absl::OkStatus();
-}
-
 EmbeddedRun::EmbeddedRun(const EmbeddedRunOptions& options, const OutDir& out_dir,
                          Environment& environment)
     : options_(options),
       out_dir_(out_dir),
+      store_dir_(options.store_dir.empty() ? out_dir.work_dir() : options.store_dir),
       environment_(environment),
       display_(environment.err, {false, environment.plain_line_s}) {}
 
@@ -75,7 +66,7 @@ absl::StatusOr<std::unique_ptr<EmbeddedRun>> EmbeddedRun::Open(const EmbeddedRun
   InitLogging({.program = "coordinator", .file = LogDir(out_dir) + "/coordinator.log"});
   ASSIGN_OR_RETURN(run->archive_, ArchiveSync::Open(out_dir.path(), options.study));
   ASSIGN_OR_RETURN(run->results_, StudyResults::Open(out_dir.path(), options.study));
-  ASSIGN_OR_RETURN(run->coordinator_, EmbeddedCoordinator::Start(out_dir.work_dir()));
+  ASSIGN_OR_RETURN(run->coordinator_, EmbeddedCoordinator::Start(run->store_dir_));
   ASSIGN_OR_RETURN(run->connection_, Connection::Open(run->coordinator_->address()));
   RETURN_IF_ERROR(run->EnterStudy());
   RETURN_IF_ERROR(run->StandAlone());
@@ -119,13 +110,12 @@ absl::Status EmbeddedRun::StandAlone() {
   ASSIGN_OR_RETURN(const v1::ListStudiesReply list, connection_->ListStudies(1000));
   for (const v1::StudyStatus& other : list.studies()) {
     if (other.study_id() == study_id_ || other.state() != v1::STUDY_STATE_RUNNING) continue;
-    RETURN_IF_ERROR(connection_->Pause(other.study_id(), "another run in this folder").status());
+    RETURN_IF_ERROR(connection_->Pause(other.study_id(), "another run with this store").status());
   }
   return absl::OkStatus();
 }
 
 absl::Status EmbeddedRun::StartWorkers() {
-  RETURN_IF_ERROR(CheckBenchmarksAreHere(options_.study, options_.benchmarks_dir));
   WorkerPoolOptions pool;
   ASSIGN_OR_RETURN(pool.binary, FindProgram("worker"));
   pool.workers = options_.workers;
@@ -151,15 +141,15 @@ std::vector<std::string> EmbeddedRun::ArgumentsOf(int worker) const {
                                         "--picture-root",
                                         "/",  // They work for the user who started them.
                                         "--cores-dir",
-                                        out_dir_.work_dir() + "/cores",
+                                        store_dir_ + "/cores",
                                         "--outbox",
-                                        out_dir_.work_dir() + "/outbox"};
+                                        store_dir_ + "/outbox"};
   const auto add = [&](const char* option, const std::string& value) {
     if (!value.empty()) arguments.insert(arguments.end(), {option, value});
   };
-  add("--allow-trainers", options_.allow_trainers);
-  add("--trainers", options_.trainers_dir);
-  add("--benchmarks", options_.benchmarks_dir);
+  add("--allow-trainers", options_.machine.allow_trainers);
+  add("--trainers", options_.machine.trainers_dir);
+  add("--benchmarks", options_.machine.benchmarks_dir);
   // One worker takes the jobs that need the GPU, so that they do not share its memory.
   std::error_code error;
   if (worker == 0 && std::filesystem::exists(kGpuDevice, error)) add("--tags", "gpu");
@@ -223,6 +213,7 @@ absl::Status EmbeddedRun::Step(double now_s) {
   RETURN_IF_ERROR(LookAt(*connection_, study_id_, now_s, view_));
   RETURN_IF_ERROR(ShowProblems());
   RETURN_IF_ERROR(out_dir_.CheckFreeSpace());
+  RETURN_IF_ERROR(CheckFreeSpaceOf(store_dir_));
   RETURN_IF_ERROR(CatchUp(now_s, /*last=*/false));
   if (IsFinished(view_.study().state())) return absl::OkStatus();
   const int crashes = pool_->crashes();

@@ -13,6 +13,7 @@
 #include "common/base/status.h"
 #include "coordinator/client/app.h"
 #include "coordinator/client/connection.h"
+#include "coordinator/client/content/machine_check.h"
 #include "coordinator/client/interrupt.h"
 #include "coordinator/client/runs/archive_sync.h"
 #include "coordinator/client/runs/embedded_coordinator.h"
@@ -28,10 +29,10 @@ namespace parallax::client {
 struct EmbeddedRunOptions {
   v1::StudySpec study;
   int workers = 1;
-  // Passed to the workers as their options of these names; see worker --help.
-  std::string allow_trainers, trainers_dir, benchmarks_dir;
-  std::string page;   // "HOST:PORT" of the web page while it runs; empty: no page.
-  bool json = false;  // Standard output is for JSON; progress goes to stderr.
+  MachineOptions machine;  // Passed to the workers.
+  std::string store_dir;   // Of database and store (ChooseStore); empty: in the dataset's folder.
+  std::string page;        // "HOST:PORT" of the web page while it runs; empty: no page.
+  bool json = false;       // Standard output is for JSON; progress goes to stderr.
 };
 
 class EmbeddedRun {
@@ -47,6 +48,8 @@ class EmbeddedRun {
   // kPermissionDenied if the disk refuses; kInternal for workers that keep crashing.
   absl::StatusOr<RunReport> Work();
 
+  // Returns what was put aside because the study has changed, a text each.
+  const std::vector<std::string>& set_aside() const { return archive_->writer().set_aside(); }
   // Returns the page's address with its one-time code; empty without a page.
   const std::string& page_link() const { return page_link_; }
 
@@ -56,7 +59,7 @@ class EmbeddedRun {
   // Finds the study among those of this folder, or submits it. Errors: the connection's.
   absl::StatusOr<v1::StudyStatus> SubmitStudy();
   absl::Status EnterStudy();
-  absl::Status StandAlone();  // Pauses other studies of this folder.
+  absl::Status StandAlone();  // Pauses other studies of this store.
   absl::Status StartWorkers();
   std::vector<std::string> ArgumentsOf(int worker) const;
   absl::Status Loop();
@@ -71,6 +74,7 @@ class EmbeddedRun {
 
   const EmbeddedRunOptions options_;
   const OutDir& out_dir_;
+  const std::string store_dir_;
   Environment& environment_;
   std::unique_ptr<ArchiveSync> archive_;
   std::unique_ptr<StudyResults> results_;
@@ -86,10 +90,6 @@ class EmbeddedRun {
   double indexed_s_ = 0;      // When index and card were last written.
   std::set<std::string> shown_problems_;
 };
-
-// Checks that the benchmarks of the study's evaluations are in `dir`: jobs of others would wait for
-// ever. Errors: those of OpenBenchmark.
-absl::Status CheckBenchmarksAreHere(const v1::StudySpec& study, const std::string& dir);
 
 // Checks a job's error for causes that neither a retry nor another worker can mend. Errors:
 // kResourceExhausted if the disk is full or cannot be written.

@@ -23,8 +23,7 @@ absl::Status LookAt(Connection& connection, int64_t study_id, double now_s, Prog
   request.set_state("LEASED");
   request.set_limit(kMostLeased);
   ASSIGN_OR_RETURN(const v1::ListJobsReply leased, connection.ListJobs(request));
-  ASSIGN_OR_RETURN(const v1::ListWorkersReply workers, connection.ListWorkers());
-  view.Observe(now_s, study, leased, workers);
+  view.Observe(now_s, study, leased);
   return absl::OkStatus();
 }
 

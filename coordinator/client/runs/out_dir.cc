@@ -1,8 +1,6 @@
 #include "coordinator/client/runs/out_dir.h"
 
-#include <fcntl.h>
 #include <fmt/core.h>
-#include <sys/file.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -11,6 +9,7 @@
 #include <filesystem>
 
 #include "common/base/system/file.h"
+#include "common/config/frame_maps.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/study/expansion.h"
 
@@ -18,14 +17,6 @@ namespace parallax::client {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Bytes of a pair (both eyes) for each pixel of one image, measured on indoor scenes at 320x180.
-constexpr double kImageBytesPerPixel = 3.5;
-constexpr double kMapsBytesPerPixel = 17;  // All seven maps.
-constexpr double kRawBytesPerPixel = 22;   // Pictures, correspondence and occlusion.
-constexpr double kInfraredBytesPerPixel = 2;
-constexpr double kLinearBytesPerPixel = 9;  // render.keep_hdr.
-constexpr double kFlowBytesPerPixel = 36;
 
 absl::Status MakeFolder(const std::string& path) {
   std::error_code error;
@@ -45,36 +36,6 @@ absl::Status Probe(const std::string& work_dir) {
   const absl::Status written = WriteFile(probe, std::string(4096, 'x'), /*sync=*/true);
   unlink(probe.c_str());
   return written;
-}
-
-std::string HolderOf(int descriptor) {
-  char text[64] = {};
-  const ssize_t size = pread(descriptor, text, sizeof text - 1, 0);
-  return size > 0 ? FirstLine(text) : "unknown";
-}
-
-absl::StatusOr<int> TakeLock(const std::string& path, const std::string& work_dir) {
-  const std::string lock = work_dir + "/lock";
-  const int descriptor = open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (descriptor < 0) return ErrnoError(errno, "can't open " + lock);
-  if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-    const int cause = errno;
-    const std::string holder = HolderOf(descriptor);
-    close(descriptor);
-    if (cause != EWOULDBLOCK) return ErrnoError(cause, "can't lock " + lock);
-    return FailedPrecondition(
-        "{} is in use by another parallax (process {}); wait for it to end, or choose another "
-        "--out",
-        path, holder);
-  }
-  const std::string self = fmt::format("{}\n", getpid());
-  if (ftruncate(descriptor, 0) != 0 ||
-      pwrite(descriptor, self.data(), self.size(), 0) != static_cast<ssize_t>(self.size())) {
-    const absl::Status error = ErrnoError(errno, "can't write " + lock);
-    close(descriptor);
-    return error;
-  }
-  return descriptor;
 }
 
 // A study's lock file alone is none: people copy it to run the study again.
@@ -123,39 +84,35 @@ absl::StatusOr<std::unique_ptr<OutDir>> OutDir::Open(const std::string& path) {
   RETURN_IF_ERROR(CheckNotInDataset(absolute));
   const std::string work_dir = absolute + "/.parallax";
   RETURN_IF_ERROR(MakeFolder(work_dir));
-  absl::StatusOr<int> lock = TakeLock(absolute, work_dir);
-  if (!lock.ok()) return lock.status();
-  std::unique_ptr<OutDir> dir(new OutDir(absolute, *lock));
+  ASSIGN_OR_RETURN(FolderLock lock,
+                   FolderLock::Take(work_dir, absolute, "or choose another --out"));
+  std::unique_ptr<OutDir> dir(new OutDir(absolute, std::move(lock)));
   RETURN_IF_ERROR(WithContext(Probe(work_dir), "can't write to " + absolute));
   RETURN_IF_ERROR(dir->CheckFreeSpace());
   return dir;
 }
 
-OutDir::~OutDir() { close(lock_descriptor_); }
-
-int64_t OutDir::FreeBytes() const {
+int64_t FreeBytesOf(const std::string& path) {
   struct statvfs disk {};
-  if (statvfs(path_.c_str(), &disk) != 0) return -1;
+  if (statvfs(path.c_str(), &disk) != 0) return -1;
   return static_cast<int64_t>(disk.f_bavail) * static_cast<int64_t>(disk.f_frsize);
 }
 
-absl::Status OutDir::CheckFreeSpace() const {
-  const int64_t free = FreeBytes();
+absl::Status CheckFreeSpaceOf(const std::string& path) {
+  const int64_t free = FreeBytesOf(path);
   if (free < 0 || free >= kLeastFreeBytes) return absl::OkStatus();
-  return ResourceExhausted("the disk of {} is full: {} free, at least {} needed", path_,
+  return ResourceExhausted("the disk of {} is full: {} free, at least {} needed", path,
                            FormatBytes(static_cast<double>(free)),
                            FormatBytes(static_cast<double>(kLeastFreeBytes)));
 }
 
 namespace {
 
+// Of a pair, for each pixel of one image; measured on indoor scenes at 320x180.
 double BytesPerPixel(const v1::RenderConfig& render) {
-  double bytes = kImageBytesPerPixel + (render.keep_hdr() ? kLinearBytesPerPixel : 0);
-  for (const std::string& map : render.maps()) {
-    bytes += map == "raw"        ? kRawBytesPerPixel
-             : map == "infrared" ? kInfraredBytesPerPixel
-             : map == "flow"     ? kFlowBytesPerPixel
-                                 : kMapsBytesPerPixel / 7;
+  double bytes = 0;
+  for (const FrameMap& row : FrameMaps()) {
+    if (row.IsIn(render)) bytes += row.bytes * static_cast<double>(row.Files().size());
   }
   return bytes;
 }

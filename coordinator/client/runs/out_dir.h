@@ -11,6 +11,7 @@
 #include <string>
 
 #include "common/base/status.h"
+#include "coordinator/client/runs/shared_store.h"
 #include "parallax/v1/study.pb.h"
 
 namespace parallax::client {
@@ -19,6 +20,11 @@ namespace parallax::client {
 // database can still commit.
 inline constexpr int64_t kLeastFreeBytes = 64'000'000;
 
+// Returns the bytes that can still be written to the disk of `path`; -1 if unknown.
+int64_t FreeBytesOf(const std::string& path);
+// Checks that there is room to go on. Errors: kResourceExhausted below kLeastFreeBytes.
+absl::Status CheckFreeSpaceOf(const std::string& path);
+
 class OutDir {
  public:
   // Makes DIR and DIR/.parallax if absent, writes a probe file and takes the lock. Errors:
@@ -26,23 +32,20 @@ class OutDir {
   // folder, or it lies in another dataset; kPermissionDenied and kResourceExhausted from the disk,
   // naming DIR.
   static absl::StatusOr<std::unique_ptr<OutDir>> Open(const std::string& path);
-  ~OutDir();  // Releases the lock.
   OutDir(const OutDir&) = delete;
   OutDir& operator=(const OutDir&) = delete;
 
   const std::string& path() const { return path_; }  // Absolute.
   std::string work_dir() const { return path_ + "/.parallax"; }
-  // Returns the bytes that can still be written; -1 if unknown.
-  int64_t FreeBytes() const;
-  // Checks that there is room to go on. Errors: kResourceExhausted below kLeastFreeBytes.
-  absl::Status CheckFreeSpace() const;
+  int64_t FreeBytes() const { return FreeBytesOf(path_); }
+  // Errors: those of CheckFreeSpaceOf.
+  absl::Status CheckFreeSpace() const { return CheckFreeSpaceOf(path_); }
 
  private:
-  OutDir(std::string path, int lock_descriptor)
-      : path_(std::move(path)), lock_descriptor_(lock_descriptor) {}
+  OutDir(std::string path, FolderLock lock) : path_(std::move(path)), lock_(std::move(lock)) {}
 
   std::string path_;
-  int lock_descriptor_;
+  FolderLock lock_;
 };
 
 // Returns whether the folder holds other files than a dataset of ours. False if it is absent or

@@ -6,6 +6,7 @@
 
 #include "common/config/check/rig_counts.h"
 #include "common/config/config.h"
+#include "common/config/frame_maps.h"
 #include "common/config/training_plan.h"
 #include "coordinator/client/runs/out_dir.h"
 #include "coordinator/study/expansion.h"
@@ -43,9 +44,8 @@ absl::StatusOr<double> PairSeconds(const v1::SceneConfig& config, const SceneCos
       break;
   }
   // The pair before rectification is traced and denoised like the rectified one.
-  const auto& maps = config.render().maps();
-  const bool raw = std::find(maps.begin(), maps.end(), "raw") != maps.end();
-  if (std::find(maps.begin(), maps.end(), "flow") != maps.end()) per_mpx += costs.flow_s_per_mpx;
+  const bool raw = HasMap(config.render(), "raw");
+  if (HasMap(config.render(), "flow")) per_mpx += costs.flow_s_per_mpx;
   // The left eye is traced once for all of its right ones.
   const double eyes = EyesOfLeft(config.rigs());
   return per_mpx * Megapixels(config) * ((raw ? 1 : 0) + (1 + eyes) / (2 * eyes));
@@ -139,7 +139,9 @@ TrainingPlan PlanTraining(const v1::StudySpec& study, double factor) {
         evaluate.max_pairs() > 0 ? std::min<int64_t>(size.pairs, evaluate.max_pairs()) : size.pairs;
     mpx += static_cast<double>(pairs) * SeenMpx(size.width_px, size.height_px);
   }
-  plan.evaluations = predictors * (evaluate.benchmarks_size() + (WantsHeldout(study) ? 1 : 0));
+  // Own pairs are counted and not priced: their pictures are not looked at here.
+  plan.evaluations = predictors * (evaluate.benchmarks_size() + evaluate.own_benchmarks_size() +
+                                   (WantsHeldout(study) ? 1 : 0));
   plan.evaluate_core_s =
       factor * kMeasuredCosts.evaluate_s_per_mpx * static_cast<double>(predictors) * mpx;
   return plan;

@@ -72,6 +72,18 @@ absl::Status StoreReader::Bring(const v1::FrameResult& frame) {
   return absl::OkStatus();
 }
 
+absl::Status StoreReader::Verify(const v1::FrameResult& frame) const {
+  RETURN_IF_ERROR(CheckStorePath(frame.path()));
+  for (const v1::FileEntry& file : frame.files()) {
+    const std::string path = frame.path() + "/" + file.name();
+    RETURN_IF_ERROR(CheckStorePath(path));
+    ASSIGN_OR_RETURN(const std::string sha256, Sha256HexOfFile(folder_ + "/" + path));
+    if (sha256 == file.sha256()) continue;
+    return DataLoss("store file {}: its content is not what its manifest says", path);
+  }
+  return absl::OkStatus();
+}
+
 void StoreReader::Drop(const v1::FrameResult& frame) {
   std::error_code ignored;
   if (store_ != nullptr) fs::remove_all(folder_ + "/" + frame.path(), ignored);

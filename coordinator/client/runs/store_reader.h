@@ -28,6 +28,9 @@ class StoreReader {
   // fills.
   const std::string& folder() const { return folder_; }
   bool is_local() const { return store_ == nullptr; }
+  // Reads a frame's files in folder() and compares them with their hashes. Only if is_local().
+  // Errors: kNotFound and kDataLoss, naming the file; the disk's.
+  absl::Status Verify(const v1::FrameResult& frame) const;
   // Streams a frame's files into folder() and checks their hashes. Only if not is_local().
   // Errors: kDataLoss for a file that differs from its manifest; the store's.
   absl::Status Bring(const v1::FrameResult& frame);

@@ -7,7 +7,6 @@
 #include <cerrno>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <regex>
 
 #include "common/base/hash.h"
 #include "common/base/names.h"
@@ -23,12 +22,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kResultsAtOnce = 200;
 
-absl::Status MakeFolder(const std::string& dir) {
-  std::error_code error;
-  fs::create_directories(dir, error);
-  return error ? ErrnoError(error.value(), "make " + dir) : absl::OkStatus();
-}
-
 // A link or copy of `from`; a file with that content is left alone.
 absl::Status Place(const std::string& from, const std::string& to, const std::string& sha256) {
   std::error_code error;
@@ -37,31 +30,17 @@ absl::Status Place(const std::string& from, const std::string& to, const std::st
     if (there.ok() && *there == sha256) return absl::OkStatus();
     fs::remove(to, error);
   }
+  ASSIGN_OR_RETURN(const std::string content, Sha256HexOfFile(from));
+  if (content != sha256) {
+    return DataLoss("store file {}: its content is not what its manifest says", from);
+  }
   if (::link(from.c_str(), to.c_str()) == 0) return absl::OkStatus();
   if (errno == ENOENT) return ErrnoError(errno, from);
   fs::copy_file(from, to, error);
   return error ? ErrnoError(error.value(), "write " + to) : absl::OkStatus();
 }
 
-bool IsName(const std::string& text) { return CheckName("name", text).ok(); }
-
 }  // namespace
-
-std::optional<ResultName> ParseResultLabel(const std::string& label) {
-  static const std::regex kLabel(
-      R"(([^ ,]+)(?:, seed (\d{1,9}))?(?: on ([^ ,]+))?(?:, checkpoint (\d{1,4}) of (\d{1,4}))?)");
-  std::smatch match;
-  if (!std::regex_match(label, match, kLabel)) return std::nullopt;
-  ResultName name{.set = match[1], .benchmark = match[3]};
-  if (match[2].matched) name.seed = std::stoll(match[2]);
-  if (match[4].matched) {
-    name.checkpoint = std::stoi(match[4]);
-    name.checkpoints = std::stoi(match[5]);
-  }
-  if (!IsName(name.set) || (!name.benchmark.empty() && !IsName(name.benchmark)))
-    return std::nullopt;
-  return name;
-}
 
 absl::StatusOr<std::unique_ptr<StudyResults>> StudyResults::Open(const std::string& out_dir,
                                                                  const v1::StudySpec& study) {
@@ -120,7 +99,7 @@ absl::Status StudyResults::AddTraining(const ResultName& name, const std::string
                                        const v1::JobResult& result) {
   const std::string dir =
       fmt::format("{}/training/{}/{}/seed-{}", out_dir_, name.set, trainer_, name.seed.value_or(0));
-  RETURN_IF_ERROR(MakeFolder(dir));
+  RETURN_IF_ERROR(MakeFolders(dir));
   for (const v1::FileEntry& file : result.files()) {
     if (file.name() == "training.json") continue;
     RETURN_IF_ERROR(Place(from + "/" + file.name(), dir + "/" + file.name(), file.sha256()));
@@ -137,20 +116,17 @@ absl::Status StudyResults::AddTraining(const ResultName& name, const std::string
 absl::Status StudyResults::AddScores(const ResultName& name, const std::string& from,
                                      const v1::JobResult& result) {
   ASSIGN_OR_RETURN(Evaluation evaluation, ReadEvaluation(from + "/scores.jsonl"));
-  const std::string trainer = name.seed ? trainer_ : evaluation.run.trainer;
-  evaluation.run.variant = name.set;
-  evaluation.run.trainer = trainer;
-  evaluation.run.seed = name.seed;
-  std::string file = name.benchmark + "." + name.set + "." + trainer;
+  NameRun(name, trainer_, evaluation.run);
+  std::string file = name.benchmark + "." + name.set + "." + evaluation.run.trainer;
   if (name.seed) file += fmt::format(".seed-{}", *name.seed);
   ++evaluations_;
   if (name.checkpoint < name.checkpoints) {
-    RETURN_IF_ERROR(MakeFolder(out_dir_ + "/curves"));
+    RETURN_IF_ERROR(MakeFolders(out_dir_ + "/curves"));
     file += fmt::format(".{}-of-{}", name.checkpoint, name.checkpoints);
     return WriteScores("/curves/" + file, evaluation);
   }
-  RETURN_IF_ERROR(MakeFolder(out_dir_ + "/scores"));
-  RETURN_IF_ERROR(MakeFolder(out_dir_ + "/sheets"));
+  RETURN_IF_ERROR(MakeFolders(out_dir_ + "/scores"));
+  RETURN_IF_ERROR(MakeFolders(out_dir_ + "/sheets"));
   for (const v1::FileEntry& entry : result.files()) {
     if (entry.name() != "sheet.png") continue;
     RETURN_IF_ERROR(

@@ -17,21 +17,12 @@
 
 #include "common/base/status.h"
 #include "coordinator/client/connection.h"
+#include "coordinator/client/runs/result_label.h"
 #include "coordinator/client/runs/store_reader.h"
 #include "parallax/v1/study.pb.h"
 #include "worker/evaluate/scores.h"
 
 namespace parallax::client {
-
-// The parts of a job's label: "narrow, seed 1 on shipped, checkpoint 2 of 5".
-struct ResultName {
-  std::string set;  // Training set, or the baseline's name.
-  std::optional<int64_t> seed;
-  std::string benchmark;  // Empty for a training.
-  int checkpoint = 1, checkpoints = 1;
-};
-// Parses a label. Returns nothing for any other text, or if a part is not a name.
-std::optional<ResultName> ParseResultLabel(const std::string& label);
 
 class StudyResults {
  public:

@@ -26,8 +26,7 @@ struct WorkerPoolOptions {
   int workers = 1;
   std::string log_dir;  // <log_dir>/worker-<index>.log; made if absent.
   // Number of crashes in a row, without a result in between, at which Poll returns an error. The
-  // coordinator quarantines a job that kills its workers after three, so more crashes have another
-  // cause.
+  // coordinator blames a job for its workers' deaths only while other work gets done.
   int most_crashes = 8;
   Clock* clock = &Clock::System();
 };

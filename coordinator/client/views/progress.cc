@@ -32,14 +32,18 @@ std::string ProgressBar(const Terminal& terminal, double done, double begun, int
 
 std::string FormatRate(std::optional<double> per_second) {
   if (!per_second) return "-";
-  return FormatNumber(*per_second * 3600) + " pairs/h";
+  // Two digits: the rate is an estimate.
+  double per_hour = *per_second * 3600;
+  if (per_hour > 0) {
+    const double step = std::pow(10, std::floor(std::log10(per_hour)) - 1);
+    per_hour = std::round(per_hour / step) * step;
+  }
+  return FormatNumber(per_hour) + " pairs/h";
 }
 
 std::string FormatEta(std::optional<double> seconds) {
   if (!seconds) return "";
-  // Tenths of a second would be noise here.
-  if (*seconds < 10) return fmt::format("ETA {} s", static_cast<int>(std::ceil(*seconds)));
-  return "ETA " + FormatDuration(*seconds);
+  return "ETA " + FormatAbout(*seconds);
 }
 
 std::string FormatPercent(double done, double wanted) {

@@ -46,41 +46,18 @@ std::string DescribeProgress(const v1::JobStatus& job) {
   if (const auto steps = figure("steps")) text += " of " + FormatCount(std::llround(*steps));
   if (const auto loss = figure("loss")) text += ", loss " + FormatNumber(*loss);
   if (const auto eta_s = figure("eta_s")) {
-    text += ", " + FormatDuration(std::ceil(*eta_s)) + " left";
+    text += ", " + FormatAbout(*eta_s) + " left";
   }
   return text;
 }
 
-void ProgressView::NoteWaiting(const v1::ListWorkersReply& workers) {
-  waiting_.clear();
-  if (now_s_ - start_s_ < workers_come_s_) return;
-  std::map<std::string, int64_t> ready;
-  for (const v1::VariantStatus& variant : study_.variants()) {
-    for (const v1::JobCount& count : variant.jobs()) {
-      if (count.state() == "READY") ready[count.kind()] += count.jobs();
-    }
+std::vector<v1::WaitingJobs> ProgressView::Waiting() const {
+  std::vector<v1::WaitingJobs> waiting;
+  const bool workers_come = now_s_ - start_s_ < workers_come_s_;
+  for (const v1::WaitingJobs& jobs : study_.waiting()) {
+    if (!workers_come || !WantsAttention(jobs)) waiting.push_back(jobs);
   }
-  if (study_.state() != v1::STUDY_STATE_RUNNING) return;
-  for (const auto& [kind, jobs] : ready) {
-    if (at_work_.count(kind) > 0 || jobs == 0) continue;
-    bool taken = false;
-    bool idle = false;
-    for (const v1::WorkerStatus& worker : workers.workers()) {
-      if (worker.state() != "idle" && worker.state() != "busy") continue;
-      const bool takes = std::count(worker.kinds().begin(), worker.kinds().end(), kind) > 0;
-      taken |= takes;
-      idle |= takes && worker.state() == "idle";
-    }
-    const std::string waits = Plural(jobs, kind + " job") + (jobs == 1 ? " waits: " : " wait: ");
-    if (!taken) {
-      waiting_.push_back(waits + "no connected worker does such jobs");
-    } else if (idle) {
-      waiting_.push_back(waits +
-                         "no connected worker has the trainer (--allow-trainers), benchmark "
-                         "(--benchmarks), GPU, memory or tags for " +
-                         (jobs == 1 ? "it" : "them"));
-    }
-  }
+  return waiting;
 }
 
 std::optional<double> ProgressView::SecondsToPairs() const {
@@ -107,7 +84,7 @@ std::optional<double> ProgressView::SecondsLeft() const {
 }
 
 void ProgressView::Observe(double time_s, const v1::StudyStatus& study,
-                           const v1::ListJobsReply& leased, const v1::ListWorkersReply& workers) {
+                           const v1::ListJobsReply& leased) {
   if (start_s_ < 0) start_s_ = time_s;
   now_s_ = time_s;
   study_ = study;
@@ -126,7 +103,6 @@ void ProgressView::Observe(double time_s, const v1::StudyStatus& study,
     begun += variant.begun_pairs;
   }
   rate_.Add(time_s, FreshPairs(CountsOf(study)) + begun);
-  NoteWaiting(workers);
 }
 
 std::string ProgressView::JobsLine() const {
@@ -165,8 +141,9 @@ std::vector<std::string> ProgressView::LinesBelow(const Terminal& terminal) cons
   if (const std::string jobs = JobsLine(); !jobs.empty()) {
     lines.push_back("  " + terminal.Paint(Tone::kDim, jobs));
   }
-  for (const std::string& line : waiting_) {
-    lines.push_back("  " + terminal.Paint(Tone::kWarning, line));
+  for (const v1::WaitingJobs& jobs : Waiting()) {
+    const Tone tone = WantsAttention(jobs) ? Tone::kWarning : Tone::kDim;
+    lines.push_back("  " + terminal.Paint(tone, WaitingText(jobs)));
   }
   return lines;
 }
@@ -237,7 +214,7 @@ std::string ProgressView::EtaText() const {
   const auto left_s = SecondsLeft();
   const auto to_pairs_s = SecondsToPairs();
   if (left_s || !to_pairs_s) return FormatEta(left_s);
-  return "pairs in " + FormatDuration(std::ceil(*to_pairs_s));
+  return "pairs in " + FormatAbout(*to_pairs_s);
 }
 
 std::string ProgressView::PlainLine() const {
@@ -259,11 +236,12 @@ std::string ProgressView::PlainLine() const {
     line += "; " + job.kind() + " " + job.label() + ": " + DescribeProgress(job);
     break;  // One tells enough.
   }
-  for (const std::string& waits : waiting_) line += "; " + waits;
+  for (const v1::WaitingJobs& jobs : Waiting()) line += "; " + WaitingText(jobs);
   return line;
 }
 
 Json ProgressView::Json() const {
+  const std::vector<v1::WaitingJobs> waiting = Waiting();
   const PairCounts counts = CountsOf(study_);
   nlohmann::ordered_json json = {{"study_id", study_.study_id()},
                                  {"name", study_.name()},
@@ -281,7 +259,7 @@ Json ProgressView::Json() const {
          {"fraction", job.fraction()},
          {"figures", std::map<std::string, double>(job.figures().begin(), job.figures().end())}});
   }
-  json["waiting"] = waiting_;
+  json["waiting"] = WaitingJson({waiting.begin(), waiting.end()});
   auto& list = json["variants"] = nlohmann::ordered_json::array();
   for (const v1::VariantStatus& status : study_.variants()) {
     const Variant& variant = variants_.at(status.name());

@@ -27,9 +27,7 @@ class ProgressView {
 
   // Adds an observation. `time_s` is the time of any steady clock and must not decrease. `leased`
   // has the study's jobs in state LEASED, whose fractions move the bars between completions.
-  // `workers` has the connected workers, for notes on jobs that none of them takes.
-  void Observe(double time_s, const v1::StudyStatus& study, const v1::ListJobsReply& leased,
-               const v1::ListWorkersReply& workers = {});
+  void Observe(double time_s, const v1::StudyStatus& study, const v1::ListJobsReply& leased);
 
   // Returns a heading, a bar for each variant and a line on jobs, fitted to `terminal.size()`.
   std::vector<std::string> Lines(const Terminal& terminal) const;
@@ -37,7 +35,7 @@ class ProgressView {
   // solving 1 rendering".
   std::string PlainLine() const;
   // Returns an object with study_id, name, state, pairs_done, pairs_wanted, elapsed_s,
-  // pairs_per_hour, eta_s and variants.
+  // pairs_per_hour, eta_s, running, waiting and variants.
   nlohmann::ordered_json Json() const;
 
   const v1::StudyStatus& study() const { return study_; }
@@ -49,7 +47,8 @@ class ProgressView {
   };
   std::string JobsLine() const;
   std::vector<std::string> LinesBelow(const Terminal& terminal) const;  // The bars.
-  void NoteWaiting(const v1::ListWorkersReply& workers);
+  // Returns the READY jobs with their reasons, but for those that the constructor leaves out.
+  std::vector<v1::WaitingJobs> Waiting() const;
   // Returns the time left to the study's end or, if that is unknown, to its last pair.
   std::string EtaText() const;
   // Returns the seconds until all pairs are there; absent if they are, or if the rate is unknown.
@@ -65,7 +64,6 @@ class ProgressView {
   RateEstimator rate_;
   std::map<std::string, Variant> variants_;
   std::vector<v1::JobStatus> labelled_;  // Leased jobs without a scene.
-  std::vector<std::string> waiting_;     // A line for each kind of job that no worker takes.
 };
 
 }  // namespace parallax::client

@@ -109,6 +109,7 @@ nlohmann::ordered_json RunReportJson(const RunReport& report) {
   json["warp_median_difference"] = report.warp_median_difference;
   json["trainings"] = report.trainings;
   json["evaluations"] = report.evaluations;
+  json["set_aside"] = report.set_aside;
   json["table"] = path(report.table.empty() ? "" : report.out_dir + "/table.json");
   return json;
 }

@@ -6,6 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "coordinator/client/views/terminal.h"
 #include "parallax/v1/service.pb.h"
@@ -25,6 +26,7 @@ struct RunReport {
   double warp_median_difference = -1;
   int trainings = 0, evaluations = 0;  // Numbers in the folder.
   std::set<std::string> score_files;   // See StudyResults.
+  std::vector<std::string> set_aside;  // What the changed study no longer asks for.
   std::string table;                   // Text of table.txt; empty: there are no scores.
 };
 

@@ -5,9 +5,9 @@
 #include <map>
 
 #include "common/base/system/file.h"
-#include "common/config/training_plan.h"
 #include "common/store/store.h"
 #include "coordinator/client/views/learning_curves.h"
+#include "coordinator/client/views/table_options.h"
 #include "worker/evaluate/group_errors.h"
 
 namespace parallax::client {
@@ -28,16 +28,6 @@ absl::StatusOr<std::vector<Evaluation>> ReadThoseIn(const std::string& dir,
 }
 
 }  // namespace
-
-TableOptions TableOptionsOf(const v1::StudySpec& study) {
-  TableOptions options;
-  options.baseline = study.evaluate().reference();
-  for (const v1::Mixture& set : TrainingSetsOf(study)) options.variant_order.push_back(set.name());
-  if (options.baseline.empty() && !options.variant_order.empty()) {
-    options.baseline = options.variant_order.front();
-  }
-  return options;
-}
 
 absl::StatusOr<std::vector<std::string>> WriteGroupErrors(
     const std::vector<Evaluation>& evaluations, const std::string& dir) {
@@ -72,17 +62,11 @@ absl::StatusOr<std::string> WriteStudyTable(const std::string& out_dir, const v1
   ASSIGN_OR_RETURN(const std::vector<Evaluation> evaluations,
                    ReadThoseIn(out_dir + "/scores", score_files));
   if (evaluations.empty()) return std::string();
-  TableOptions options = TableOptionsOf(study);
-  absl::StatusOr<ResultTable> table = MakeTable(evaluations, options);
-  if (absl::IsInvalidArgument(table.status())) {  // The reference has no scores yet.
-    options.baseline.clear();
-    table = MakeTable(evaluations, options);
-  }
-  if (!table.ok()) return table.status();
+  ASSIGN_OR_RETURN(const ResultTable table, MakeStudyTable(study, evaluations));
   std::string shown;
   for (const auto& [format, ending] :
        {std::pair("text", "txt"), std::pair("markdown", "md"), std::pair("json", "json")}) {
-    ASSIGN_OR_RETURN(const std::string text, FormatTable(*table, format));
+    ASSIGN_OR_RETURN(const std::string text, FormatTable(table, format));
     RETURN_IF_ERROR(WriteFileAtomically(out_dir + "/table." + ending, text));
     if (shown.empty()) shown = text;
   }

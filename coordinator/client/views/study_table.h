@@ -7,13 +7,9 @@
 
 #include "common/base/status.h"
 #include "parallax/v1/study.pb.h"
-#include "worker/evaluate/score_table.h"
 #include "worker/evaluate/scores.h"
 
 namespace parallax::client {
-
-// Returns options for rows in the order of the study's training sets, compared with its reference.
-TableOptions TableOptionsOf(const v1::StudySpec& study);
 
 // Writes pictures and CSV files of errors by class and material to `dir`, for each variant and
 // trainer over all seeds and benchmarks that have such groups. Returns the paths. Errors: kNotFound

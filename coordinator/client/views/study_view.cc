@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "coordinator/client/views/progress.h"
@@ -125,6 +126,27 @@ std::vector<std::string> LimitLines(const v1::StudyStatus& study) {
   return lines;
 }
 
+std::string WaitingText(const v1::WaitingJobs& jobs) {
+  return Plural(jobs.jobs(), jobs.kind() + " job") + (jobs.jobs() == 1 ? " waits: " : " wait: ") +
+         jobs.text();
+}
+
+bool WantsAttention(const v1::WaitingJobs& jobs) {
+  const std::string& reason = jobs.reason();
+  return reason != "busy" && reason != "starting" && reason != "limit" && reason != "pause";
+}
+
+Json WaitingJson(const google::protobuf::RepeatedPtrField<v1::WaitingJobs>& waiting) {
+  Json list = Json::array();
+  for (const v1::WaitingJobs& jobs : waiting) {
+    list.push_back({{"kind", jobs.kind()},
+                    {"jobs", jobs.jobs()},
+                    {"reason", jobs.reason()},
+                    {"text", jobs.text()}});
+  }
+  return list;
+}
+
 bool IsFinished(v1::StudyState state) {
   return state == v1::STUDY_STATE_SUCCEEDED || state == v1::STUDY_STATE_CANCELLED ||
          state == v1::STUDY_STATE_FAILED;
@@ -184,6 +206,11 @@ void PrintStudy(const Terminal& terminal, const v1::StudyStatus& study) {
   table.Print(terminal);
   for (const std::string& line : OtherJobLines(study)) out << line << "\n";
   for (const std::string& line : LimitLines(study)) out << line << "\n";
+  for (const v1::WaitingJobs& jobs : study.waiting()) {
+    if (jobs.reason() == "limit") continue;  // Among the lines above.
+    const Tone tone = WantsAttention(jobs) ? Tone::kWarning : Tone::kPlain;
+    out << terminal.Paint(tone, WaitingText(jobs)) << "\n";
+  }
   const std::vector<std::string> problems = ProblemLines(terminal, study, 10);
   if (problems.empty()) return;
   out << "\nProblems\n";
@@ -192,6 +219,25 @@ void PrintStudy(const Terminal& terminal, const v1::StudyStatus& study) {
     out << "  `parallax retry " << study.study_id() << "` tries failed jobs again\n";
   }
 }
+
+namespace {
+
+// "4 for trainer, 12 for busy": jobs by the reason for which they do not run.
+std::string WaitingCell(const Terminal& terminal, const v1::StudyStatus& study) {
+  std::map<std::string, int64_t> by_reason;
+  bool wants_attention = false;
+  for (const v1::WaitingJobs& jobs : study.waiting()) {
+    by_reason[jobs.reason()] += jobs.jobs();
+    wants_attention |= WantsAttention(jobs);
+  }
+  std::string text;
+  for (const auto& [reason, jobs] : by_reason) {
+    text += (text.empty() ? "" : ", ") + FormatCount(jobs) + " " + reason;
+  }
+  return wants_attention ? terminal.Paint(Tone::kWarning, text) : text;
+}
+
+}  // namespace
 
 void PrintStudyList(const Terminal& terminal, const v1::ListStudiesReply& list) {
   if (list.studies_size() == 0) {
@@ -205,7 +251,8 @@ void PrintStudyList(const Terminal& terminal, const v1::ListStudiesReply& list) 
                {"PAIRS", Align::kRight},
                {"", Align::kRight},
                {"FAILED", Align::kRight},
-               {"SUBMITTED"}});
+               {"SUBMITTED"},
+               {"WAITING"}});
   for (const v1::StudyStatus& study : list.studies()) {
     const PairCounts counts = CountsOf(study);
     table.AddRow(
@@ -213,7 +260,8 @@ void PrintStudyList(const Terminal& terminal, const v1::ListStudiesReply& list) 
          FormatCount(study.variants_size()),
          FormatCount(counts.done) + "/" + FormatCount(counts.wanted),
          FormatPercent(static_cast<double>(counts.done), static_cast<double>(counts.wanted)),
-         Quiet(terminal, counts.failed, Tone::kBad), FormatUnixTime(study.submitted_unix_s())});
+         Quiet(terminal, counts.failed, Tone::kBad), FormatUnixTime(study.submitted_unix_s()),
+         WaitingCell(terminal, study)});
   }
   table.Print(terminal);
 }
@@ -284,6 +332,7 @@ Json StudyJson(const v1::StudyStatus& study) {
                {"max_running", study.max_running()},
                {"at_limit", study.at_limit()},
                {"held_jobs", study.held_jobs()},
+               {"waiting", WaitingJson(study.waiting())},
                {"submitted_unix_s", study.submitted_unix_s()},
                {"finished_unix_s", study.finished_unix_s()}};
   json.update(CountsFields(CountsOf(study)));

@@ -34,6 +34,16 @@ bool HasOtherJobs(const v1::StudyStatus& study);
 // Returns lines with the limit of an unfinished study and the limit that holds it back now.
 std::vector<std::string> LimitLines(const v1::StudyStatus& study);
 
+// Describes READY jobs that do not run: "4 train jobs wait: no connected worker for train jobs has
+// the trainer raftstereo (worker --allow-trainers raftstereo)".
+std::string WaitingText(const v1::WaitingJobs& jobs);
+// Returns whether somebody must do something before these jobs can run. Time alone helps those that
+// wait for a free worker or a limit; a study is paused on purpose.
+bool WantsAttention(const v1::WaitingJobs& jobs);
+// Returns an array with an object {kind, jobs, reason, text} each.
+nlohmann::ordered_json WaitingJson(
+    const google::protobuf::RepeatedPtrField<v1::WaitingJobs>& waiting);
+
 // Returns whether a study in this state has ended.
 bool IsFinished(v1::StudyState state);
 std::string StateName(v1::StudyState state);  // "running"

@@ -9,9 +9,17 @@
 #include <ctime>
 
 namespace parallax::client {
+namespace {
+
+// Numbers from here on, and below the least, are written with an exponent.
+constexpr double kMostWhole = 1e15;
+constexpr double kLeastPlain = 1e-6;
+
+}  // namespace
 
 std::string FormatDuration(double seconds) {
   if (!std::isfinite(seconds) || seconds < 0) return "-";
+  if (seconds >= kMostWhole) return fmt::format("{:.3g} s", seconds);
   if (seconds < 9.95) return fmt::format("{:.1f} s", seconds);
   const auto whole = std::llround(seconds);
   if (whole < 60) return fmt::format("{} s", whole);
@@ -20,6 +28,25 @@ std::string FormatDuration(double seconds) {
     return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
   }
   return fmt::format("{} d {} h", whole / 86400, whole / 3600 % 24);
+}
+
+std::string FormatAbout(double seconds) {
+  if (!std::isfinite(seconds) || seconds < 0) return "-";
+  struct Scale {
+    double below_s;  // Longer ones have the next scale.
+    double step_s;   // Is rounded to.
+    double unit_s;
+    const char* unit;
+  };
+  static constexpr Scale kScales[] = {{57.5, 5, 1, "s"},         {570, 60, 60, "min"},
+                                      {3450, 300, 60, "min"},    {34200, 1800, 3600, "h"},
+                                      {171000, 3600, 3600, "h"}, {1e300, 86400, 86400, "d"}};
+  for (const Scale& scale : kScales) {
+    if (seconds >= scale.below_s) continue;
+    const double rounded = std::max(1.0, std::round(seconds / scale.step_s)) * scale.step_s;
+    return fmt::format("about {:g} {}", rounded / scale.unit_s, scale.unit);
+  }
+  return "-";
 }
 
 std::string FormatBytes(double bytes) {
@@ -33,7 +60,9 @@ std::string FormatBytes(double bytes) {
 }
 
 std::string FormatCount(int64_t count) {
-  std::string digits = std::to_string(count < 0 ? -count : count);
+  // Negated as unsigned: the least number has no positive counterpart.
+  const auto magnitude = static_cast<uint64_t>(count);
+  std::string digits = std::to_string(count < 0 ? -magnitude : magnitude);
   for (int at = static_cast<int>(digits.size()) - 3; at > 0; at -= 3) {
     digits.insert(static_cast<size_t>(at), ",");
   }
@@ -43,8 +72,9 @@ std::string FormatCount(int64_t count) {
 std::string FormatNumber(double value) {
   if (!std::isfinite(value)) return "-";
   const double size = std::abs(value);
-  if (size >= 999.5) return FormatCount(std::llround(value));
   if (size == 0) return "0";
+  if (size >= kMostWhole || size < kLeastPlain) return fmt::format("{:.3g}", value);
+  if (size >= 999.5) return FormatCount(std::llround(value));
   const int decimals = std::clamp(2 - static_cast<int>(std::floor(std::log10(size))), 0, 6);
   return fmt::format("{:.{}f}", value, decimals);
 }

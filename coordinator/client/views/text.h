@@ -11,12 +11,16 @@ namespace parallax::client {
 // Formats a duration: "7 s", "1:05", "2:03:04", "3 d 4 h"; "0.4 s" below ten seconds. Returns "-"
 // for a negative or not finite one.
 std::string FormatDuration(double seconds);
+// Formats a duration that is only estimated, rounded so that nobody takes it for exact: "about
+// 40 s", "about 4 min", "about 35 min", "about 1.5 h", "about 11 h", "about 3 d". Returns "-" for a
+// negative or not finite one.
+std::string FormatAbout(double seconds);
 // Formats a size: "950 B", "1.2 kB", "34 MB".
 std::string FormatBytes(double bytes);
 // Formats a count: "12,345".
 std::string FormatCount(int64_t count);
-// Formats a number with three significant digits and without an exponent: "0.0123", "4.56",
-// "1,234".
+// Formats a number with three significant digits, and with an exponent from 1e15 on and below 1e-6:
+// "0.0123", "4.56", "1,234", "1e+19".
 std::string FormatNumber(double value);
 // Formats a count with its noun: "1 pair", "2 pairs".
 std::string Plural(int64_t count, std::string_view singular, std::string_view plural = "");

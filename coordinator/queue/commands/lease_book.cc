@@ -7,6 +7,11 @@
 #include "common/base/seconds.h"
 
 namespace parallax {
+namespace {
+
+constexpr size_t kMostLiveLogBytes = 4096;  // Of one lease.
+
+}  // namespace
 
 void LeaseBook::Add(const LeaseRef& lease) {
   const std::lock_guard lock(mutex_);
@@ -56,7 +61,10 @@ std::vector<v1::AttemptId> LeaseBook::Heartbeat(const std::string& worker,
   for (const v1::Progress& progress : running) {
     if (Entry* entry = FindLocked(worker, progress.attempt())) {
       entry->heard = now;
-      entry->progress = {progress.fraction(), progress.stage(), {}};
+      entry->progress = {progress.fraction(), progress.stage(), {}, {}};
+      if (progress.log_tail().size() <= kMostLiveLogBytes) {
+        entry->progress.log_tail = progress.log_tail();
+      }
       for (const auto& [name, value] : progress.figures()) {
         // A loss that is none is no reason to lose the worker, and no number for a page.
         if (std::isfinite(value)) entry->progress.figures[name] = value;

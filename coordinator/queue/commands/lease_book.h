@@ -17,6 +17,7 @@ struct LeaseProgress {
   double fraction = 0;
   std::string stage;
   std::map<std::string, double> figures;  // Figures that the job reports; see v1::Progress.
+  std::string log_tail;
 };
 
 class LeaseBook {

@@ -2,6 +2,7 @@
 #include "coordinator/queue/commands/machine.h"
 
 #include <chrono>
+#include <utility>
 
 namespace parallax {
 
@@ -39,12 +40,18 @@ void Machine::BeginCommand() {
   scene_.variant = 0;
   ended_jobs_.clear();
   changed_variants_.clear();
+  missing_.clear();
   granted_mark_ = effects_.granted.size();
   ended_mark_ = effects_.ended.size();
+  ready_mark_ = effects_.ready.size();
   counts_mark_ = effects_;
 }
 
 absl::Status Machine::EndCommand() {
+  while (!missing_.empty()) {
+    const std::vector<DamagedResult> missing = std::exchange(missing_, {});
+    RETURN_IF_ERROR(TakeBack(missing, "coordinator").status());
+  }
   RETURN_IF_ERROR(SettleWaiters());
   RETURN_IF_ERROR(FlushScene());
   scene_.variant = 0;
@@ -60,13 +67,20 @@ void Machine::UndoCommand() {
   leased_now_ += static_cast<int64_t>(effects_.ended.size() - ended_mark_);
   effects_.granted.resize(granted_mark_);
   effects_.ended.resize(ended_mark_);
+  effects_.ready.resize(ready_mark_);
   static_cast<EffectCounts&>(effects_) = counts_mark_;
 }
 
 Effects Machine::TakeEffects() {
   Effects taken = std::move(effects_);
   effects_ = Effects();
-  granted_mark_ = ended_mark_ = 0;
+  granted_mark_ = ended_mark_ = ready_mark_ = 0;
+  evidence_.Pass(SteadySeconds(), workers_.size());
+  for (const LeaseRef& lease : taken.granted) evidence_.Begin(lease.job, lease.fence);
+  for (const LeaseRef& lease : taken.ended) {
+    evidence_.End(lease.job, lease.fence, lease.end, lease.machine, lease.progress);
+  }
+  evidence_.CountLost(taken.workers_lost);
   return taken;
 }
 
@@ -89,6 +103,15 @@ absl::Status Machine::Audit(std::string_view actor, std::string_view action, int
 absl::Status Machine::ForgetLitter(const std::vector<std::string>& paths) {
   for (const std::string& path : paths) RETURN_IF_ERROR(folders_.DeleteLitter(path));
   return absl::OkStatus();
+}
+
+absl::Status Machine::KeepScrub(const ScrubState& scrub) {
+  return db_.Run(
+      "INSERT INTO scrub(one, position, began_unix_s, ended_unix_s, files, bytes, damaged)"
+      " VALUES (1, ?1, ?2, ?3, ?4, ?5, ?6) ON CONFLICT DO UPDATE SET position = ?1,"
+      " began_unix_s = ?2, ended_unix_s = ?3, files = ?4, bytes = ?5, damaged = ?6",
+      SqlBlob{scrub.position}, scrub.began_unix_s, scrub.ended_unix_s, scrub.files, scrub.bytes,
+      scrub.damaged);
 }
 
 absl::StatusOr<bool> Machine::Archive(int limit) {

@@ -20,6 +20,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -32,6 +33,7 @@
 #include "common/base/ids.h"
 #include "common/base/status.h"
 #include "common/base/system/clock.h"
+#include "coordinator/queue/commands/loss_evidence.h"
 #include "coordinator/queue/commands/report_check.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/queue/reads/farm_history.h"
@@ -40,6 +42,7 @@
 #include "coordinator/queue/tables/ledger.h"
 #include "coordinator/queue/tables/left_folders.h"
 #include "coordinator/queue/tables/loss_table.h"
+#include "coordinator/queue/tables/ready_board.h"
 #include "coordinator/queue/tables/result_table.h"
 #include "coordinator/queue/tables/scene_table.h"
 #include "coordinator/queue/tables/waits.h"
@@ -64,17 +67,23 @@ struct LeaseRef {
   std::string worker;
   bool stop = false;  // The worker still works on it and must be told to stop, and why.
   std::string reason;
+  // Of a lease that has ended; see LossEvidence.
+  LeaseEnd end = LeaseEnd::kOver;
+  std::string machine = {};  // Its worker's, if that was lost.
+  double progress = 0;
 };
 
 struct EffectCounts {
   bool work_ready = false;
   uint64_t completions = 0, failures = 0, losses = 0, stale = 0, splits = 0, archived = 0;
+  uint64_t workers_lost = 0;
   std::shared_ptr<const std::vector<v1::DrainOrder>> drains;  // All orders, if they have changed.
 };
 // The effects of commands outside of the database, for when they are on disk.
 struct Effects : EffectCounts {
   std::vector<LeaseRef> granted;
   std::vector<LeaseRef> ended;
+  ReadyChanges ready;
 };
 
 class Machine final : private WorkDesk {
@@ -85,6 +94,11 @@ class Machine final : private WorkDesk {
   // Reads all unfinished studies. Call it first. Errors: the database's.
   absl::Status Load();
   Ledger& ledger() { return ledger_; }
+  // Sets the function that says how far a leased job has come, in a measure that grows; 0 if nobody
+  // knows. By default nobody does.
+  void SetProgress(std::function<double(int64_t job)> progress_of) {
+    progress_of_ = std::move(progress_of);
+  }
 
   // ---- Commands ---------------------------------------------------------------------------------
   absl::StatusOr<v1::SubmitReply> Submit(const v1::SubmitRequest& request, std::string_view actor);
@@ -118,6 +132,8 @@ class Machine final : private WorkDesk {
                                                    const std::vector<v1::AttemptId>& holding,
                                                    bool same_process);
   absl::StatusOr<int> WorkerLost(const std::string& worker);
+  // Errors: the database's.
+  absl::StatusOr<int> WorkerLeft(const std::string& worker);
   // Ends leases that were not heard of in time.
   absl::Status Expire(const std::vector<LeaseRef>& leases);
   // Stores a sample of the farm's figures. Removes samples that are older than two days, and
@@ -126,6 +142,11 @@ class Machine final : private WorkDesk {
   // Ends back-offs that are due.
   absl::Status WakeRetries();
   absl::Status ForgetLitter(const std::vector<std::string>& paths);
+  // Errors: those of AddJob.
+  absl::StatusOr<TakenBack> TakeBack(const std::vector<DamagedResult>& damaged,
+                                     std::string_view actor);
+  // Errors: the database's.
+  absl::Status KeepScrub(const ScrubState& scrub);
   // Moves up to `limit` jobs of a study that finished long ago to the archive. Returns true if
   // there may be more.
   absl::StatusOr<bool> Archive(int limit);
@@ -208,6 +229,8 @@ class Machine final : private WorkDesk {
   absl::Status FlushScene();
   // Counts a job that has moved.
   void NoteMove(Variant& variant, const JobRow& before, JobState to);
+  // Counts a job that has become READY (`change` 1) or no longer is (-1). Its study is loaded.
+  void CountReady(const JobRow& job, int64_t change);
   // Carry out the consequences of a job that has succeeded or was lost. Its row is written already.
   absl::Status EnterSuccess(const JobRow& job, Variant& variant, const Ending& ending,
                             bool by_own_attempt);
@@ -232,6 +255,21 @@ class Machine final : private WorkDesk {
   // machine_retry.cc: makes new generations of jobs.
   absl::StatusOr<bool> RetryOfScene(Variant& variant, const JobRow& job);
   absl::StatusOr<bool> RetryOther(Variant& variant, const JobRow& job);
+
+  // machine_repair.cc: takes damaged results back and asks for them again.
+  using SceneId = std::pair<int64_t, uint32_t>;  // Variant and ordinal.
+  absl::StatusOr<std::string> FolderOfResult(const Sha256Digest& key);
+  // Take back what studies have of a result. Add the pairs and jobs to make again.
+  absl::Status TakePairsBack(const DamagedResult& result, TakenBack& taken,
+                             std::map<SceneId, std::vector<uint32_t>>& lost);
+  absl::Status TakeStudyResultsBack(const Sha256Digest& key, std::vector<int64_t>& jobs);
+  absl::StatusOr<bool> GoesOn(int64_t study);
+  absl::Status AskForPairs(int64_t variant, uint32_t ordinal, std::vector<uint32_t> rigs);
+  absl::Status AskForResult(int64_t job);
+  absl::StatusOr<bool> HasWhatItWaitedFor(const JobRow& job);
+  // Returns whether the files of a stored result are there. If not, it is taken back at the end of
+  // the command.
+  bool FilesAreThere(const Sha256Digest& key, std::string_view stage, std::string_view bytes);
 
   // machine_forget.cc: drains workers and forgets studies.
   absl::Status NoSuchDrain(const std::string& pattern);
@@ -279,6 +317,11 @@ class Machine final : private WorkDesk {
   };
   absl::Status FailAttempt(const JobRow& job, const AppFailure& failure);
   enum class LossKind { kLost, kReturned };
+  // Returns whether the job is to blame for the loss of its worker.
+  absl::StatusOr<bool> IsToBlame(const JobRow& job, double progress, double now);
+  std::string MachineOf(const std::string& worker) const;
+  int Machines() const;  // Different machines of the workers that are around.
+  double ProgressOf(const JobRow& job) const;
   // `now` must be the same for all attempts that a worker loses at one time.
   absl::Status LoseAttempt(const JobRow& job, LossKind kind, const std::string& reason, bool stop,
                            double now);
@@ -325,7 +368,8 @@ class Machine final : private WorkDesk {
   // READY jobs whose group had no part when they became READY. While they are READY, no job makes
   // the part (they would be BLOCKED on it), so it need not be looked for.
   std::unordered_set<int64_t> without_part_;
-  uint64_t ending_fence_ = 0;  // Fence of the attempt whose result is being stored.
+  uint64_t ending_fence_ = 0;           // Fence of the attempt whose result is being stored.
+  std::vector<DamagedResult> missing_;  // Results that the current command found without files.
   // Jobs and variants that have ended in the current command and whose waiters are not settled yet.
   std::vector<std::pair<int64_t, JobState>> ended_jobs_;
   std::set<int64_t> changed_variants_;  // They published pairs, gave up or were cancelled.
@@ -340,15 +384,18 @@ class Machine final : private WorkDesk {
   // The scheduler's memory of workers; forgotten at a restart.
   struct WorkerMemory {
     double seen_s = 0;
+    std::string machine;              // Empty: not known.
     std::deque<Sha256Digest> groups;  // Groups that are warm there, the latest first.
   };
   std::map<std::string, WorkerMemory> workers_;
+  LossEvidence evidence_;
+  std::function<double(int64_t job)> progress_of_;
   // Jobs and fences of workers that were given up, by worker. Forgotten at a restart, so it is only
   // a guess, which may spare jobs a loss.
   std::map<std::string, std::vector<std::pair<int64_t, uint64_t>>> given_up_;
 
   Effects effects_;
-  size_t granted_mark_ = 0, ended_mark_ = 0;
+  size_t granted_mark_ = 0, ended_mark_ = 0, ready_mark_ = 0;
   EffectCounts counts_mark_;
 };
 

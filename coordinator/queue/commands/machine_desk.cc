@@ -1,4 +1,6 @@
 // The machine's side of WorkDesk: the reads and changes that kinds of jobs may make.
+#include <algorithm>
+
 #include "common/base/status.h"
 #include "coordinator/queue/commands/machine.h"
 
@@ -27,10 +29,28 @@ absl::StatusOr<JobFacts> Machine::NewestOf(int64_t id) {
 }
 
 absl::StatusOr<std::optional<StoredResult>> Machine::FindResult(const Sha256Digest& key) {
-  return results_.Find(key);
+  std::string stage;
+  ASSIGN_OR_RETURN(std::optional<StoredResult> result, results_.Find(key, &stage));
+  if (result && !FilesAreThere(key, stage, result->bytes)) result.reset();
+  return result;
 }
 
-absl::StatusOr<bool> Machine::HasResult(const Sha256Digest& key) { return results_.Has(key); }
+absl::StatusOr<bool> Machine::HasResult(const Sha256Digest& key) {
+  if (!options_.files_there) return results_.Has(key);
+  ASSIGN_OR_RETURN(const std::optional<StoredResult> result, FindResult(key));
+  return result.has_value();
+}
+
+bool Machine::FilesAreThere(const Sha256Digest& key, std::string_view stage,
+                            std::string_view bytes) {
+  if (!options_.files_there || ending_fence_ != 0) return true;
+  const std::vector<JobKind::OutputFile> files = kinds_.StoredFiles(stage, bytes);
+  if (files.empty() || options_.files_there(files)) return true;
+  const bool known = std::any_of(missing_.begin(), missing_.end(),
+                                 [&key](const DamagedResult& other) { return other.key == key; });
+  if (!known) missing_.push_back({key, CommonFolder(files), "its files are not in the store"});
+  return false;
+}
 
 absl::StatusOr<bool> Machine::PutResult(const JobFacts& by, std::string_view stage,
                                         const Sha256Digest& key, const StoredResult& result) {

@@ -16,20 +16,6 @@ namespace {
 
 constexpr char kVariantsOf[] = "(SELECT id FROM variants WHERE study_id = ?1)";
 
-// The folder that all of these files are in: "ab/ab12.../.attempt-7/003". Empty if none exists.
-std::string CommonFolder(const std::vector<JobKind::OutputFile>& files) {
-  if (files.empty()) return "";
-  std::string folder = files[0].path.substr(0, files[0].path.rfind('/'));
-  for (const JobKind::OutputFile& file : files) {
-    while (!folder.empty() && file.path.compare(0, folder.size() + 1, folder + "/") != 0) {
-      const size_t end = folder.rfind('/');
-      folder.resize(end == std::string::npos ? 0 : end);
-    }
-  }
-  // Never more than an attempt.
-  return folder.find("/.attempt-") == std::string::npos ? "" : folder;
-}
-
 }  // namespace
 
 // ---- Workers
@@ -137,6 +123,10 @@ absl::StatusOr<bool> Machine::RemoveSomeOf(int64_t study, int limit) {
       db_.Run("DELETE FROM job_counts WHERE variant_id IN"
               " (SELECT id FROM variants WHERE study_id = ?1)",
               study));
+  RETURN_IF_ERROR(
+      db_.Run("DELETE FROM repairs WHERE variant_id IN"
+              " (SELECT id FROM variants WHERE study_id = ?1)",
+              study));
   RETURN_IF_ERROR(db_.Run("DELETE FROM variants WHERE study_id = ?1", study));
   RETURN_IF_ERROR(db_.Run("UPDATE studies SET forgotten = 2 WHERE id = ?1", study));
   return true;
@@ -172,9 +162,7 @@ absl::Status Machine::RemoveResult(const Sha256Digest& key) {
   {
     SqliteQuery query(db_, "SELECT stage, bytes FROM results WHERE work_key = ?1", key);
     if (!query.Next()) return query.status();
-    for (size_t kind = 0; kind < kinds_.size() && folder.empty(); ++kind) {
-      folder = CommonFolder(kinds_.at(kind).StoredFiles(query.Text(0), query.Blob(1)));
-    }
+    folder = CommonFolder(kinds_.StoredFiles(query.Text(0), query.Blob(1)));
   }
   RETURN_IF_ERROR(db_.Run("DELETE FROM results WHERE work_key = ?1", key));
   return folder.empty() ? absl::OkStatus() : folders_.InsertLitter(folder, Now());

@@ -132,6 +132,7 @@ absl::StatusOr<int64_t> Machine::AddJob(const NewJob& asked) {
     RETURN_IF_ERROR(waits_.Insert(job.id, asked.waits[i], waits[i]));
   }
   ledger_.CountNew(*variant, job.kind, job.state);
+  if (job.state == JobState::kReady) CountReady(job, 1);
   if (traits.of_scene) {
     RETURN_IF_ERROR(ChangeScene(*variant, job.ordinal, {.jobs_open = 1}).status());
   }
@@ -224,6 +225,21 @@ void Machine::NoteMove(Variant& variant, const JobRow& before, JobState to) {
   if (before.state == JobState::kLeased && ledger_.IsFull(variant)) effects_.work_ready = true;
   if (before.state != to) ledger_.CountMove(variant, before.kind, before.state, to);
   if (IsTerminal(to)) ended_jobs_.emplace_back(before.id, to);
+  if (before.state == to) return;
+  if (before.state == JobState::kReady) CountReady(before, -1);
+  if (to == JobState::kReady) CountReady(before, 1);
+}
+
+void Machine::CountReady(const JobRow& job, int64_t change) {
+  const Study& study = ledger_.loaded_studies().at(job.study);
+  ReadyKey key = ReadyKeyOf(job.study, {study.needs_memory_mb, study.needs_tags}, KindOf(job),
+                            KindOf(job).NeedsOf(job.input));
+  ReadyChanges& changes = effects_.ready;
+  if (changes.size() > ready_mark_ && changes.back().first == key) {
+    changes.back().second += change;
+  } else {
+    changes.emplace_back(std::move(key), change);
+  }
 }
 
 absl::StatusOr<SceneRow*> Machine::OpenScene(int64_t variant, uint32_t ordinal, bool change) {
@@ -346,7 +362,8 @@ absl::Status Machine::CancelJob(const JobRow& job, const std::string& reason) {
   RETURN_IF_ERROR(EnterLoss(job, *variant, JobState::kCancelled));
   if (job.state != JobState::kLeased) return absl::OkStatus();
   --leased_now_;
-  effects_.ended.push_back({job.id, job.fence, job.worker, /*stop=*/true, reason});
+  effects_.ended.push_back(
+      {.job = job.id, .fence = job.fence, .worker = job.worker, .stop = true, .reason = reason});
   return ReleaseFollowers(job.id);
 }
 

@@ -45,7 +45,9 @@ absl::StatusOr<Machine::Taker> Machine::TakerOf(const WorkerFacts& worker) const
 absl::StatusOr<std::vector<GrantedLease>> Machine::Lease(const WorkerFacts& worker, int max_jobs) {
   std::vector<GrantedLease> leases;
   ASSIGN_OR_RETURN(Taker taker, TakerOf(worker));
-  workers_[worker.name].seen_s = SteadySeconds();
+  WorkerMemory& memory = workers_[worker.name];
+  memory.seen_s = SteadySeconds();
+  memory.machine = worker.machine;
   for (int i = 0; i < max_jobs; ++i) {
     ASSIGN_OR_RETURN(const std::optional<JobRow> job, Choose(taker));
     if (!job) break;
@@ -118,16 +120,21 @@ absl::StatusOr<std::optional<JobRow>> Machine::ChooseOf(Study& study, KindId kin
   SqliteQuery query(db_, kReadyOfStudy, study.id, kinds_[kind].name(),
                     kCandidates + kMostUnsuitable);
   int suitable = 0;
+  std::optional<JobRow> own;  // What this worker failed or lost last comes after all others.
   while (suitable < kCandidates && query.Next()) {
     ASSIGN_OR_RETURN(JobRow job, JobRowOf(query, kinds_));
     if (!FitsJob(job, worker)) continue;
+    ASSIGN_OR_RETURN(const bool complete, HasWhatItWaitedFor(job));
+    if (!complete) continue;
     ++suitable;
     const double waited = Now() - job.ready_unix_s;
     const JobCandidate candidate{job.id, job.worker, waited < 0 ? kElsewhereS : waited};
-    if (PickJob({&candidate, 1}, name, others) == 0) return std::optional<JobRow>(std::move(job));
+    if (PickJob({&candidate, 1}, name, others) != 0) continue;
+    if (job.worker != name) return std::optional<JobRow>(std::move(job));
+    if (!own) own = std::move(job);
   }
   RETURN_IF_ERROR(query.status());
-  return std::optional<JobRow>();
+  return own;
 }
 
 bool Machine::FitsJob(const JobRow& job, const Taker& worker) const {
@@ -189,7 +196,7 @@ absl::StatusOr<GrantedLease> Machine::Grant(JobRow job, const Taker& worker) {
     if (groups.size() > kGroupsRemembered) groups.pop_back();
   }
   ++leased_now_;
-  effects_.granted.push_back({job.id, lease.fence, lease.worker, false, ""});
+  effects_.granted.push_back({.job = job.id, .fence = lease.fence, .worker = lease.worker});
   return lease;
 }
 

@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "common/base/rng.h"
 #include "common/base/status.h"
@@ -63,8 +64,11 @@ absl::StatusOr<Machine::Verdict> Machine::Complete(const CheckedReport& report) 
   ASSIGN_OR_RETURN(verdict.invalid, WhyNotOf(job, report));
   if (!verdict.invalid.empty()) {
     verdict.invalid = fmt::format("job {}: {}", job.id, verdict.invalid);
-    RETURN_IF_ERROR(FailAttempt(
-        job, {report.worker, "invalid result: " + verdict.invalid, "invalid-result", true}));
+    // Workers without their disk do not agree by that about the job.
+    const std::string fingerprint =
+        report.of_store ? "files of " + report.worker : "invalid-result";
+    RETURN_IF_ERROR(
+        FailAttempt(job, {report.worker, "invalid result: " + verdict.invalid, fingerprint, true}));
     return verdict;
   }
   RETURN_IF_ERROR(StoreResult(job, report));
@@ -105,7 +109,7 @@ absl::Status Machine::StoreResult(const JobRow& job, const CheckedReport& report
   RETURN_IF_ERROR(store_.MoveToResult(job.id, job.fence, end, OneLine(ending.reason), Now()));
   NoteMove(*variant, job, end);
   --leased_now_;
-  effects_.ended.push_back({job.id, job.fence, job.worker, false, ""});
+  effects_.ended.push_back({.job = job.id, .fence = job.fence, .worker = job.worker});
   if (job.part_given) ++ledger_.Change(*variant).layouts_reused;
   RETURN_IF_ERROR(ending.rejected ? EnterLoss(job, *variant, end)
                                   : EnterSuccess(job, *variant, ending, /*by_own_attempt=*/true));
@@ -130,6 +134,9 @@ absl::StatusOr<v1::ReportOutcome> Machine::Fail(const v1::FailRequest& request) 
 }
 
 absl::Status Machine::FailAttempt(const JobRow& job, const AppFailure& failure) {
+  // What it worked with has been taken back meanwhile: no fault of the job.
+  ASSIGN_OR_RETURN(const bool complete, HasWhatItWaitedFor(job));
+  if (!complete) return LoseAttempt(job, LossKind::kReturned, failure.error, false, Now());
   const std::string worker = failure.worker.empty() ? job.worker : failure.worker;
   const std::string error = OneLine(failure.error);
   const std::string fingerprint =
@@ -145,13 +152,11 @@ absl::Status Machine::FailAttempt(const JobRow& job, const AppFailure& failure) 
   RETURN_IF_ERROR(Litter(job));
   ++effects_.failures;
 
-  FailureHistory history{.app_failures = job.app_failures + 1,
-                         .infra_losses = job.infra_losses,
-                         .retryable = failure.retryable};
+  FailureHistory history{.app_failures = job.app_failures + 1, .retryable = failure.retryable};
   ASSIGN_OR_RETURN(history.workers_with_fingerprint,
                    losses_.WorkersWithFingerprint(job.id, fingerprint));
   LossUpdate update{
-      .app_failures = history.app_failures, .infra_losses = history.infra_losses, .error = error};
+      .app_failures = history.app_failures, .infra_losses = job.infra_losses, .error = error};
   switch (JudgeAppFailure(options_.retry, history)) {
     case FailureVerdict::kRetryNow:
       update.state = JobState::kReady;
@@ -170,7 +175,12 @@ absl::Status Machine::FailAttempt(const JobRow& job, const AppFailure& failure) 
       update.state = JobState::kQuarantined;
       break;
   }
-  effects_.ended.push_back({job.id, job.fence, job.worker, false, ""});
+  effects_.ended.push_back(
+      {.job = job.id,
+       .fence = job.fence,
+       .worker = job.worker,
+       .end = IsTerminal(update.state) ? LeaseEnd::kOver : LeaseEnd::kGivenBack,
+       .progress = ProgressOf(job)});
   return EndAttempt(job, update);
 }
 
@@ -184,20 +194,53 @@ absl::Status Machine::LoseAttempt(const JobRow& job, LossKind kind, const std::s
                                   .error = error,
                                   .unix_s = now}));
   RETURN_IF_ERROR(Litter(job));
-  ++effects_.losses;
-  FailureHistory history{.app_failures = job.app_failures, .infra_losses = job.infra_losses + 1};
-  ASSIGN_OR_RETURN(history.workers_lost, losses_.WorkersLost(job.id));
-  if (history.workers_lost >= options_.retry.quarantine_losses) {
-    ASSIGN_OR_RETURN(history.lost_without_it, losses_.WorkersLostWithout(job.id));
-    ASSIGN_OR_RETURN(history.lost_with_another,
-                     losses_.AlwaysLostWithAnother(job.id, job.worker, now));
+  LossUpdate update{.state = JobState::kReady,
+                    .app_failures = job.app_failures,
+                    .infra_losses = job.infra_losses,
+                    .error = error};
+  const double progress = ProgressOf(job);
+  LeaseEnd end = LeaseEnd::kGivenBack;
+  if (kind == LossKind::kLost) {
+    ++effects_.losses;
+    ++update.infra_losses;
+    ASSIGN_OR_RETURN(const bool to_blame, IsToBlame(job, progress, now));
+    end = to_blame ? LeaseEnd::kOver : LeaseEnd::kLost;
+    if (to_blame) {
+      update.state = JobState::kQuarantined;
+      update.error += fmt::format(
+          "; it is the job: {} workers were lost with it while others lived", update.infra_losses);
+    }
   }
-  LossUpdate update{
-      .app_failures = history.app_failures, .infra_losses = history.infra_losses, .error = error};
-  const FailureVerdict verdict = JudgeLoss(options_.retry, history);
-  update.state = verdict == FailureVerdict::kQuarantine ? JobState::kQuarantined : JobState::kReady;
-  effects_.ended.push_back({job.id, job.fence, job.worker, stop, reason});
+  effects_.ended.push_back(
+      {job.id, job.fence, job.worker, stop, reason, end, MachineOf(job.worker), progress});
   return EndAttempt(job, update);
+}
+
+// How far its attempt has come, if a later one goes on from there.
+double Machine::ProgressOf(const JobRow& job) const {
+  return KindOf(job).traits().resumes && progress_of_ ? progress_of_(job.id) : 0;
+}
+
+std::string Machine::MachineOf(const std::string& worker) const {
+  const auto known = workers_.find(worker);
+  return known == workers_.end() || known->second.machine.empty() ? worker : known->second.machine;
+}
+
+int Machine::Machines() const {
+  std::set<std::string> machines;
+  for (const auto& [name, memory] : workers_) machines.insert(MachineOf(name));
+  return static_cast<int>(machines.size());
+}
+
+absl::StatusOr<bool> Machine::IsToBlame(const JobRow& job, double progress, double now) {
+  evidence_.Pass(SteadySeconds(), workers_.size());
+  LossHistory history = evidence_.HistoryOf(job.id, job.fence, effects_.workers_lost,
+                                            MachineOf(job.worker), progress);
+  if (history.losses == 0) return false;
+  history.machines_all = Machines();
+  if (JudgeLoss(options_.retry, history) != FailureVerdict::kQuarantine) return false;
+  ASSIGN_OR_RETURN(history.with_another, losses_.AlwaysLostWithAnother(job.id, job.worker, now));
+  return JudgeLoss(options_.retry, history) == FailureVerdict::kQuarantine;
 }
 
 absl::Status Machine::EndAttempt(const JobRow& job, const LossUpdate& update) {
@@ -258,11 +301,14 @@ absl::StatusOr<std::vector<v1::AttemptId>> Machine::Adopt(const std::string& wor
   if (const auto given_up = given_up_.find(worker); given_up != given_up_.end()) {
     // The worker was only away: none of its jobs has killed it.
     for (const auto& [job, fence] : given_up->second) {
-      if (same_process) RETURN_IF_ERROR(losses_.MoveLostToReturned(job, fence));
+      if (!same_process) break;
+      RETURN_IF_ERROR(losses_.MoveLostToReturned(job, fence));
+      evidence_.TakeBack(job, fence);
     }
     given_up_.erase(given_up);
   }
   const double now = Now();
+  bool counted = false;
   ASSIGN_OR_RETURN(const std::vector<int64_t> leased, store_.LeasedBy(worker));
   for (const int64_t id : leased) {
     ASSIGN_OR_RETURN(const JobRow job, RowOf(id));
@@ -272,13 +318,15 @@ absl::StatusOr<std::vector<v1::AttemptId>> Machine::Adopt(const std::string& wor
     if (known != holding.end()) {
       adopted.push_back(*known);
     } else {
-      // Three lost workers quarantine a job; three lost messages must not. Who was leased to before
-      // the last restart may be the same process: nobody knows.
-      RETURN_IF_ERROR(same_process || job.fence >> 32 != epoch_
-                          ? LoseAttempt(job, LossKind::kReturned,
-                                        "the lease did not reach worker " + worker, false, now)
-                          : LoseAttempt(job, LossKind::kLost,
-                                        "worker " + worker + " came back without it", false, now));
+      // Lost workers may speak against a job; lost messages do not. Who was leased to before the
+      // last restart may be the same process: nobody knows.
+      const bool arrived = !same_process && job.fence >> 32 == epoch_;
+      if (arrived && !std::exchange(counted, true)) ++effects_.workers_lost;
+      RETURN_IF_ERROR(arrived
+                          ? LoseAttempt(job, LossKind::kLost,
+                                        "worker " + worker + " came back without it", false, now)
+                          : LoseAttempt(job, LossKind::kReturned,
+                                        "the lease did not reach worker " + worker, false, now));
     }
   }
   workers_[worker].seen_s = SteadySeconds();
@@ -289,6 +337,7 @@ absl::StatusOr<int> Machine::WorkerLost(const std::string& worker) {
   const double now = Now();
   if (given_up_.size() > kMostGivenUp) given_up_.clear();  // Most have gone for good.
   ASSIGN_OR_RETURN(const std::vector<int64_t> leased, store_.LeasedBy(worker));
+  if (!leased.empty() || workers_.count(worker) > 0) ++effects_.workers_lost;
   for (const int64_t id : leased) {
     ASSIGN_OR_RETURN(const JobRow job, RowOf(id));
     RETURN_IF_ERROR(LoseAttempt(job, LossKind::kLost, "worker " + worker + " was lost", true, now));
@@ -298,11 +347,24 @@ absl::StatusOr<int> Machine::WorkerLost(const std::string& worker) {
   return static_cast<int>(leased.size());
 }
 
+absl::StatusOr<int> Machine::WorkerLeft(const std::string& worker) {
+  ASSIGN_OR_RETURN(const std::vector<int64_t> leased, store_.LeasedBy(worker));
+  for (const int64_t id : leased) {
+    ASSIGN_OR_RETURN(const JobRow job, RowOf(id));
+    RETURN_IF_ERROR(LoseAttempt(job, LossKind::kReturned, "worker " + worker + " drained and left",
+                                true, Now()));
+  }
+  workers_.erase(worker);
+  return static_cast<int>(leased.size());
+}
+
 absl::Status Machine::Expire(const std::vector<LeaseRef>& leases) {
   const double now = Now();
+  std::set<std::string> lost;
   for (const LeaseRef& lease : leases) {
     ASSIGN_OR_RETURN(const std::optional<JobRow> job, store_.Find(lease.job));
     if (!job || job->state != JobState::kLeased || job->fence != lease.fence) continue;
+    if (lost.insert(lease.worker).second) ++effects_.workers_lost;
     RETURN_IF_ERROR(LoseAttempt(*job, LossKind::kLost,
                                 "worker " + lease.worker + " was not heard of for a whole lease",
                                 true, now));

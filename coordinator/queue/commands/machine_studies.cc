@@ -21,9 +21,14 @@ absl::StatusOr<v1::SubmitReply> Machine::Submit(const v1::SubmitRequest& request
   const std::string spec_bytes = DeterministicBytes(spec);
   const Sha256Digest spec_hash = Sha256Of(spec_bytes);
   v1::SubmitReply reply;
+  const std::string user = UserOfActor(actor);
+  // A key is its user's own. Older releases kept it without the user.
+  const std::string own_key = request.idempotency_key() + "\n" + user;
   if (!request.idempotency_key().empty()) {
-    SqliteQuery known(db_, "SELECT id, spec_hash FROM studies WHERE idempotency_key = ?1",
-                      request.idempotency_key());
+    SqliteQuery known(db_,
+                      "SELECT id, spec_hash FROM studies"
+                      " WHERE idempotency_key = ?1 OR (idempotency_key = ?2 AND user = ?3)",
+                      own_key, request.idempotency_key(), user);
     if (known.Next()) {
       if (known.Digest(1) != spec_hash) {
         return AlreadyExists("idempotency key '{}' was used for another study ({})",
@@ -35,11 +40,9 @@ absl::StatusOr<v1::SubmitReply> Machine::Submit(const v1::SubmitRequest& request
     }
     RETURN_IF_ERROR(known.status());
   }
-  const std::string user = UserOfActor(actor);
   RETURN_IF_ERROR(CheckUser(user, 1, TotalPairsOf(spec)));
-  const auto key = request.idempotency_key().empty()
-                       ? std::nullopt
-                       : std::optional<std::string>(request.idempotency_key());
+  const auto key =
+      request.idempotency_key().empty() ? std::nullopt : std::optional<std::string>(own_key);
   RETURN_IF_ERROR(
       db_.Run("INSERT INTO studies(name, spec_z, spec_hash, idempotency_key, seed, priority,"
               " needs_memory_mb, needs_tags, submitted_unix_s, user, max_running)"

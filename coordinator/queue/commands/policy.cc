@@ -22,13 +22,22 @@ FailureVerdict JudgeAppFailure(const RetryPolicy& policy, const FailureHistory& 
   return FailureVerdict::kRetryLater;
 }
 
-FailureVerdict JudgeLoss(const RetryPolicy& policy, const FailureHistory& history) {
-  const bool to_blame = !history.lost_without_it && !history.lost_with_another;
-  if ((history.workers_lost >= policy.quarantine_losses && to_blame) ||
-      history.infra_losses >= policy.max_infra_losses) {
-    return FailureVerdict::kQuarantine;
-  }
-  return FailureVerdict::kRetryNow;
+double ChanceOfLosses(const LossHistory& history) {
+  if (history.losses <= 0 || history.all <= 0) return 1;
+  const double all = static_cast<double>(std::max<int64_t>(history.all, history.losses));
+  const double seen = history.losses / all;
+  const double expected = std::clamp(history.share, 1e-9, 1.0);
+  if (seen <= expected) return 1;
+  double divergence = seen * std::log(seen / expected);
+  if (seen < 1) divergence += (1 - seen) * std::log((1 - seen) / (1 - expected));
+  return std::exp(-all * divergence);
+}
+
+FailureVerdict JudgeLoss(const RetryPolicy& policy, const LossHistory& history) {
+  const int machines = std::min(policy.quarantine_machines, std::max(1, history.machines_all));
+  const bool blame = history.machines >= machines && !history.with_another &&
+                     ChanceOfLosses(history) < policy.most_chance;
+  return blame ? FailureVerdict::kQuarantine : FailureVerdict::kRetryNow;
 }
 
 bool Fits(const StudyShare& study, const WorkerCapacity& worker) {
@@ -66,13 +75,14 @@ uint32_t PartsToSplitInto(const SplitFacts& facts) {
 
 int PickJob(std::span<const JobCandidate> candidates, const std::string& worker,
             bool other_workers) {
+  int own = -1;  // The first that this worker failed or lost last.
   for (size_t i = 0; i < candidates.size(); ++i) {
     const JobCandidate& candidate = candidates[i];
-    const bool leave =
-        other_workers && candidate.last_worker == worker && candidate.ready_s < kElsewhereS;
-    if (!leave) return static_cast<int>(i);
+    const int at = static_cast<int>(i);
+    if (candidate.last_worker != worker) return at;
+    if (own < 0 && (!other_workers || candidate.ready_s >= kElsewhereS)) own = at;
   }
-  return -1;
+  return own;
 }
 
 }  // namespace parallax

@@ -12,13 +12,13 @@ namespace parallax {
 
 // When a failed or lost job is retried, and when it is given up.
 struct RetryPolicy {
-  int max_app_failures = 3;   // A job is FAILED at this failure.
-  int max_infra_losses = 10;  // A job is quarantined at this loss.
+  int max_app_failures = 3;  // A job is FAILED at this failure.
   // A job is quarantined when this many different workers report the same failure (fingerprint).
   int quarantine_workers = 2;
-  // A job is quarantined when this many different workers were lost while they held it, and none
-  // was lost without it meanwhile.
-  int quarantine_losses = 3;
+  // A job is quarantined when workers were lost with it on this many different machines (on all, if
+  // the farm has fewer), and chance loses so many with one job less often than `most_chance`.
+  int quarantine_machines = 3;
+  double most_chance = 1e-5;
   double backoff_min_s = 5;
   double backoff_max_s = 600;
 };
@@ -28,25 +28,37 @@ struct RetryPolicy {
 // that failed together don't return together.
 double BackoffSeconds(const RetryPolicy& policy, int failures, double uniform);
 
-// A job's record after a failure or loss was entered in its ledgers.
+// A job's record after a reported failure was entered in its ledger.
 struct FailureHistory {
   int app_failures = 0;
-  int infra_losses = 0;
   int workers_with_fingerprint = 0;  // Different workers that reported this failure's fingerprint.
-  int workers_lost = 0;              // Different workers lost while they held the job.
-  bool lost_without_it = false;      // A worker without the job was lost since the first of them.
-  bool lost_with_another = false;    // All of them also held the same other job.
   bool retryable = true;
 };
-// The verdict on a job after an app failure or the loss of its worker.
-//
-// Losses never make a job FAILED, because a lost worker alone does not prove a fault of the job. A
-// job that keeps losing its workers is quarantined, and sooner if no other job loses workers
-// meanwhile: where machines are killed all the time, three lost workers prove nothing about a job.
-// Two jobs that were always lost together must be leased apart before one of them is blamed.
 enum class FailureVerdict { kRetryLater, kRetryNow, kFail, kQuarantine };
 FailureVerdict JudgeAppFailure(const RetryPolicy& policy, const FailureHistory& history);
-FailureVerdict JudgeLoss(const RetryPolicy& policy, const FailureHistory& history);
+
+// A job that has lost its worker, among the workers that the farm has lost since the job first did.
+// That first loss is why the job is looked at, so it is in none of the numbers but `machines`.
+struct LossHistory {
+  int losses = 0;             // Workers that were lost while they held the job.
+  int64_t all = 0;            // Workers that were lost, with the job or without it.
+  double share = 1;           // The part of all living workers' time in which they held the job.
+  int machines = 0;           // Different machines of the workers that were lost with the job.
+  int machines_all = 0;       // Machines of the farm.
+  bool with_another = false;  // Each of these workers also held the same other job.
+};
+// Returns an upper bound of the chance that `losses` or more of `all` losses, each of which hits a
+// worker at random, fall on workers that hold the job; 1 if no more of them do than its share.
+// Source: Chernoff's bound of the binomial distribution's tail.
+double ChanceOfLosses(const LossHistory& history);
+// The verdict on a job that has lost its worker: kRetryNow or kQuarantine.
+//
+// A lost worker proves nothing about its job: machines are stopped, moved and switched off. A job
+// is blamed only if it is the job that kills: it loses worker after worker while those without it
+// live. Where machines are killed all the time, or where there is one worker that does nothing but
+// this job, it is never blamed. Two jobs that were always lost together must be leased apart before
+// one of them is.
+FailureVerdict JudgeLoss(const RetryPolicy& policy, const LossHistory& history);
 
 // ---- Which study ------------------------------------------------------------------------------
 struct StudyShare {
@@ -93,9 +105,10 @@ struct JobCandidate {
   std::string last_worker;  // Worker of its last failure or loss; empty for none.
   double ready_s = 0;       // Seconds that it has been READY.
 };
-// Returns the index of the first candidate that `worker` should take; -1 for none. A job that this
-// worker failed or lost last is left to other workers while there are any, but for at most
-// kElsewhereS seconds.
+// Returns the index of the candidate that `worker` should take; -1 for none. A job that this worker
+// failed or lost last is left to other workers while there are any, but for at most kElsewhereS
+// seconds; where there are none, it comes after the other candidates, which then show whether the
+// worker or the job is at fault.
 inline constexpr double kElsewhereS = 30;
 int PickJob(std::span<const JobCandidate> candidates, const std::string& worker,
             bool other_workers);

@@ -15,6 +15,7 @@ JobQueueStats QueueNews::counted() const {
 void QueueNews::Publish(const Effects& effects) {
   for (const LeaseRef& lease : effects.granted) book_.Add(lease);
   for (const LeaseRef& lease : effects.ended) book_.Remove(lease);
+  ready_.Apply(effects.ready);
   const std::lock_guard lock(mutex_);
   counted_.leases_granted += effects.granted.size();
   counted_.completions += effects.completions;

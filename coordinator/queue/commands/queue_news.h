@@ -7,13 +7,14 @@
 #include "coordinator/queue/commands/lease_book.h"
 #include "coordinator/queue/commands/machine.h"
 #include "coordinator/queue/job_queue.h"
+#include "coordinator/queue/tables/ready_board.h"
 
 namespace parallax {
 
 class QueueNews {
  public:
-  // `book` must outlive the object.
-  explicit QueueNews(LeaseBook& book) : book_(book) {}
+  // Both arguments must outlive the object.
+  QueueNews(LeaseBook& book, ReadyBoard& ready) : book_(book), ready_(ready) {}
 
   // Sets the observer; null removes it. Waits until a call of the observer in progress returns.
   void SetObserver(JobQueueObserver* observer);
@@ -26,6 +27,7 @@ class QueueNews {
   void Tell(const Effects& effects);  // Requires mutex_.
 
   LeaseBook& book_;
+  ReadyBoard& ready_;
   mutable std::mutex mutex_;
   // Guarded by mutex_.
   JobQueueObserver* observer_ = nullptr;

@@ -20,6 +20,8 @@ struct CheckedReport {
   std::optional<KindId> kind;  // Absent for an unknown kind; `invalid` then says so.
   std::shared_ptr<const CheckedResult> result;
   std::string invalid;  // Not empty: why no job can have this result.
+  // `invalid` is of the files in the store: that may be a disk's fault, and not the job's.
+  bool of_store = false;
 };
 // Checks and packs a report by the rules of its kind.
 CheckedReport CheckReport(const v1::CompleteRequest& request, const KindRegistry& kinds);

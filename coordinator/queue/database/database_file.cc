@@ -3,11 +3,14 @@
 #include <fcntl.h>
 #include <sqlite3.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <sys/vfs.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <filesystem>
+#include <mutex>
+#include <set>
 
 namespace parallax {
 namespace {
@@ -22,6 +25,16 @@ std::string HolderOf(int fd) {
   const ssize_t n = pread(fd, text, sizeof(text) - 1, 0);
   return n > 0 ? std::string(text, static_cast<size_t>(n)) : "unknown";
 }
+
+using FileId = std::pair<uint64_t, uint64_t>;
+
+FileId FileIdOf(const struct stat& file) { return {file.st_dev, file.st_ino}; }
+
+// The database files that this process holds.
+struct HeldFiles {
+  static inline std::mutex mutex;
+  static inline std::set<FileId> all;  // Guarded by mutex.
+};
 
 absl::Status AssertPragma(SqliteConnection& db, const char* sql, std::string_view wanted) {
   ASSIGN_OR_RETURN(const std::string seen, db.Text(sql));
@@ -51,23 +64,66 @@ absl::Status Configure(SqliteConnection& db, bool writer) {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<DatabaseLock>> DatabaseLock::Acquire(const std::string& db_path) {
-  const std::string path = db_path + ".lock";
-  const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (fd < 0) return ErrnoError(errno, "open " + path);
-  std::unique_ptr<DatabaseLock> lock(new DatabaseLock(fd));
-  if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
-    if (errno != EWOULDBLOCK) return ErrnoError(errno, "lock " + path);
-    return FailedPrecondition("database {} is open in another coordinator (process {})", db_path,
-                              HolderOf(fd));
-  }
+  std::unique_ptr<DatabaseLock> lock(new DatabaseLock());
+  RETURN_IF_ERROR(lock->TakeName(db_path));
+  RETURN_IF_ERROR(lock->TakeFile(db_path));
   const std::string holder = std::to_string(getpid());
-  if (ftruncate(fd, 0) != 0 || pwrite(fd, holder.data(), holder.size(), 0) < 0) {
-    return ErrnoError(errno, "write " + path);
+  if (ftruncate(lock->name_fd_, 0) != 0 ||
+      pwrite(lock->name_fd_, holder.data(), holder.size(), 0) < 0) {
+    return ErrnoError(errno, "write " + db_path + ".lock");
   }
   return lock;
 }
 
-DatabaseLock::~DatabaseLock() { close(fd_); }
+absl::Status DatabaseLock::TakeName(const std::string& db_path) {
+  const std::string path = db_path + ".lock";
+  name_fd_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (name_fd_ < 0) return ErrnoError(errno, "open " + path);
+  if (flock(name_fd_, LOCK_EX | LOCK_NB) == 0) return absl::OkStatus();
+  if (errno != EWOULDBLOCK) return ErrnoError(errno, "lock " + path);
+  return FailedPrecondition("database {} is open in another coordinator (process {})", db_path,
+                            HolderOf(name_fd_));
+}
+
+// flock and SQLite's locks (fcntl) don't see each other on a local disk. But closing any descriptor
+// of a file drops all fcntl locks that its process has on it. So a file that this process holds
+// already is not opened a second time, and file_fd_ outlives SQLite's connections.
+absl::Status DatabaseLock::TakeFile(const std::string& db_path) {
+  const auto is_open = [&db_path](const std::string& where) {
+    return FailedPrecondition("database {} is open in another coordinator ({})", db_path, where);
+  };
+  const std::lock_guard guard(HeldFiles::mutex);
+  struct stat file {};
+  if (stat(db_path.c_str(), &file) == 0 && HeldFiles::all.count(FileIdOf(file)) > 0) {
+    return is_open("of this process");
+  }
+  file_fd_ = open(db_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (file_fd_ < 0) return ErrnoError(errno, "open " + db_path);
+  if (fstat(file_fd_, &file) != 0) return ErrnoError(errno, "look at " + db_path);
+  if (flock(file_fd_, LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) return ErrnoError(errno, "lock " + db_path);
+    return is_open("under another name of this file");
+  }
+  if (file.st_nlink > 1) {
+    return FailedPrecondition(
+        "database {}: the file has {} names (hard links), and what is not yet in it lies beside "
+        "one "
+        "of them; remove the others",
+        db_path, file.st_nlink);
+  }
+  file_ = FileIdOf(file);
+  HeldFiles::all.insert(file_);
+  return absl::OkStatus();
+}
+
+DatabaseLock::~DatabaseLock() {
+  if (file_fd_ >= 0) {
+    const std::lock_guard guard(HeldFiles::mutex);
+    HeldFiles::all.erase(file_);
+    close(file_fd_);
+  }
+  if (name_fd_ >= 0) close(name_fd_);
+}
 
 const char* NetworkFileSystem(long f_type) {
   const struct {

@@ -2,28 +2,39 @@
 // pragmas that durability depends on are read back and checked.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "common/base/status.h"
 #include "coordinator/queue/database/sqlite.h"
 
 namespace parallax {
 
-// An advisory lock on "<db>.lock" for the life of this object. The kernel releases it if the
-// process dies.
+// The right to open a database file, for the life of this object. It is held on the file itself
+// (device and inode), so that it holds under every name of the file: links, bind mounts, other
+// paths. "<db>.lock" is held as well: it names the holder's process, and older programs look there.
+// The kernel releases both if the process dies.
 class DatabaseLock {
  public:
-  // Takes the lock. Errors: kFailedPrecondition if another coordinator holds it, in this process or
-  // in another one, which the message names.
+  // Takes the lock, before anything of the file is read. Makes an empty file if there is none.
+  // Errors: kFailedPrecondition if another coordinator holds it, in this process or in another one,
+  // which the message names, or if the file has several names (hard links), because SQLite keeps
+  // its log beside one of them.
   static absl::StatusOr<std::unique_ptr<DatabaseLock>> Acquire(const std::string& db_path);
   ~DatabaseLock();
   DatabaseLock(const DatabaseLock&) = delete;
   DatabaseLock& operator=(const DatabaseLock&) = delete;
 
  private:
-  explicit DatabaseLock(int fd) : fd_(fd) {}
-  int fd_;
+  DatabaseLock() = default;
+  absl::Status TakeName(const std::string& db_path);
+  absl::Status TakeFile(const std::string& db_path);
+
+  int name_fd_ = -1;  // "<db>.lock".
+  int file_fd_ = -1;
+  std::pair<uint64_t, uint64_t> file_{};  // Device and inode.
 };
 
 // Returns the name of the network file system with this statfs f_type; null for a local one.

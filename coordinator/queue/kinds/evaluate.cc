@@ -5,20 +5,35 @@
 // incomplete where they were made are not used for later studies: see KeyFor.
 #include <fmt/core.h>
 
-#include <cmath>
+#include <regex>
 
 #include "common/base/ability_tags.h"
 #include "common/base/names.h"
 #include "common/base/status.h"
+#include "common/config/content_folders.h"
 #include "common/config/training_plan.h"
 #include "coordinator/queue/commands/report_check.h"
 #include "coordinator/queue/kinds/folder_kind.h"
+#include "coordinator/queue/kinds/result_figures.h"
 
 namespace parallax {
 namespace {
 
 constexpr char kScoresFile[] = "scores.jsonl";
 constexpr int kBaselineThreads = 2;
+
+constexpr int64_t kMostPairs = 100'000'000;
+
+// The largest value of a metric such as "bad-2 nocc" or "epe all pooled": percent, or pixels of the
+// largest image. 0 for a text that is no metric.
+double HighestOf(const std::string& metric) {
+  static const std::regex kMetric(
+      R"((bad-\d+(?:\.\d+)?|d1|epe|rmse) [a-z][a-z0-9_-]{0,30}(?: pooled)?)");
+  std::smatch match;
+  if (!std::regex_match(metric, match, kMetric)) return 0;
+  const std::string measure = match[1];
+  return measure == "epe" || measure == "rmse" ? 1e6 : 100;
+}
 
 std::string WhyNoResult(const v1::EvaluateResult& result) {
   const auto is_scores = [](const v1::FileEntry& file) { return file.name() == kScoresFile; };
@@ -27,12 +42,20 @@ std::string WhyNoResult(const v1::EvaluateResult& result) {
   }
   if (result.pairs() < 1) return fmt::format("{} pairs scored", result.pairs());
   if (result.pairs_missing() < 0) return "a negative number of missing pairs";
-  if (result.metric().empty() || !IsPlainText(result.metric()) ||
-      result.metric().size() > kMaxNameBytes) {
-    return "a metric without a plain name";
+  if (result.pairs() > kMostPairs || result.pairs_missing() > kMostPairs) {
+    return fmt::format("{} pairs scored and {} missing, allowed are at most {}", result.pairs(),
+                       result.pairs_missing(), kMostPairs);
   }
-  if (!std::isfinite(result.value())) return "a value that is not finite";
-  if (!std::isfinite(result.predict_s()) || result.predict_s() < 0) return "a negative time";
+  const double highest = HighestOf(result.metric());
+  if (highest == 0) {
+    return "metric '" + OneLine(result.metric()).substr(0, 60) +
+           "', wanted is bad-N, d1, epe or rmse with a region";
+  }
+  if (std::string why = WhyNotIn("a value", result.value(), 0, highest); !why.empty()) return why;
+  if (std::string why = WhyNotIn("a time in seconds", result.predict_s(), 0, kLongestS);
+      !why.empty()) {
+    return why;
+  }
   return "";
 }
 
@@ -122,6 +145,8 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
     settings.clear_seed();
     settings.clear_heldout();
     settings.clear_threads();
+    // The content of own pairs counts, not where they are.
+    if (settings.has_own()) SetPath("", *settings.mutable_own());
     ASSIGN_OR_RETURN(const Sha256Digest key,
                      KeyFor(desk, EvaluateKey(desk.versions(), predictor,
                                               DeterministicBytes(settings), heldout)));
@@ -145,6 +170,29 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
     return absl::OkStatus();
   }
 
+  std::vector<WorkNeeds> NeedsOfStudy(const v1::StudySpec& given) const override {
+    if (!given.has_evaluate()) return {};
+    v1::StudySpec study = given;
+    ResolveTraining(&study);
+    std::vector<std::string> benchmarks(study.evaluate().benchmarks().begin(),
+                                        study.evaluate().benchmarks().end());
+    if (study.evaluate().heldout_pairs() > 0) benchmarks.push_back(kHeldoutName);
+    std::vector<WorkNeeds> needs;
+    for (const std::string& benchmark : benchmarks) {
+      v1::EvaluateInput input;
+      *input.mutable_needs() = study.evaluate().needs();
+      input.mutable_job()->set_benchmark(benchmark);
+      if (!study.evaluate().baselines().empty()) {
+        needs.push_back(NeedsOf(input.SerializeAsString()));
+      }
+      if (!study.has_train()) continue;
+      input.mutable_job()->set_trainer(study.train().trainer());
+      input.set_train_job(1);  // Any training.
+      needs.push_back(NeedsOf(input.SerializeAsString()));
+    }
+    return needs;
+  }
+
   // ---- Audit
   std::span<const Invariant> Invariants() const override { return kInvariants; }
 
@@ -157,7 +205,7 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
   void AddAbilities(const v1::EvaluateInput& input, std::vector<std::string>* tags) const override {
     const v1::EvaluateJob& job = input.job();
     if (input.train_job() != 0) tags->push_back(TrainerTag(job.trainer()));
-    if (job.benchmark() != kHeldoutName && job.benchmark() != kShippedBenchmark) {
+    if (job.benchmark() != kHeldoutName && job.benchmark() != kShippedBenchmark && !job.has_own()) {
       tags->push_back(BenchmarkTag(job.benchmark()));
     }
   }
@@ -166,7 +214,10 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
       {"an evaluation has its result",
        "SELECT j.id FROM all_jobs AS j LEFT JOIN results AS r ON r.work_key = j.work_key"
        " WHERE j.kind = 'evaluate' AND j.state = 'SUCCEEDED' AND r.stage IS NOT 'evaluate'"
-       " AND j.study_id IN (SELECT id FROM studies WHERE forgotten = 0)"},
+       " AND j.study_id IN (SELECT id FROM studies WHERE forgotten = 0 AND cancelled = 0)"
+       // A damaged one is made again.
+       " AND NOT EXISTS (SELECT 1 FROM jobs AS n WHERE n.variant_id = j.variant_id"
+       " AND n.ordinal = j.ordinal AND n.kind = j.kind AND n.generation > j.generation)"},
       {"an evaluation began when its network was trained",
        "SELECT j.id FROM jobs AS j JOIN waits AS w ON w.job_id = j.id"
        " JOIN all_jobs AS t ON t.id = w.on_job WHERE j.kind = 'evaluate' AND j.attempts > 0"
@@ -221,6 +272,7 @@ EvaluationPlan EvaluationPlanOf(const v1::StudySpec& study, std::span<const int6
     plan.heldout.set_variant(variant.name());
     plan.heldout.set_weight(1);
     TakeFinish(variant.config(), &plan.heldout);
+    TakeTruth(TruthOfHeldout(study), &plan.heldout);
   }
   return plan;
 }
@@ -229,6 +281,7 @@ absl::Status AddEvaluationsOf(WorkDesk& desk, const EvaluationPlan& plan, int64_
                               const v1::TrainJob& training, int64_t train_job,
                               uint32_t* next_ordinal) {
   std::vector<std::string> benchmarks(plan.spec.benchmarks().begin(), plan.spec.benchmarks().end());
+  for (const v1::OwnBenchmark& own : plan.spec.own_benchmarks()) benchmarks.push_back(own.name());
   if (plan.heldout_variant != 0) benchmarks.push_back(kHeldoutName);
   const int checkpoints = train_job == 0 ? 1 : plan.spec.checkpoints();
   for (int checkpoint = 0; checkpoint < checkpoints; ++checkpoint) {
@@ -243,6 +296,9 @@ absl::Status AddEvaluationsOf(WorkDesk& desk, const EvaluationPlan& plan, int64_
       job.set_trainer(training.trainer());
       if (train_job != 0) job.set_seed(training.seed());
       job.set_benchmark(benchmark);
+      for (const v1::OwnBenchmark& own : plan.spec.own_benchmarks()) {
+        if (own.name() == benchmark) *job.mutable_own() = own;
+      }
       job.set_max_pairs(plan.spec.max_pairs());
       *job.mutable_group_by() = plan.spec.group_by();
       job.set_threads(plan.threads);

@@ -12,6 +12,7 @@
 #include "coordinator/queue/database/compress.h"
 #include "coordinator/queue/database/sqlite.h"
 #include "coordinator/queue/job_kind.h"
+#include "coordinator/queue/kinds/result_figures.h"
 #include "coordinator/study/rigs.h"
 #include "parallax/v1/jobs.pb.h"
 
@@ -47,6 +48,9 @@ std::string WhyBadFrame(const v1::FrameResult& frame) {
       return where + ": " + file.name() + " has no SHA-256 of 64 lower-case hex digits";
     }
   }
+  std::string why = WhyBadFigures("statistics", frame.statistics());
+  if (why.empty()) why = WhyBadFigures("seconds of stages", frame.stage_s(), 0, kLongestS);
+  if (!why.empty()) return where + ": " + why;
   return "";
 }
 
@@ -104,7 +108,7 @@ class RenderKind final : public JobKind {
     std::vector<OutputFile> files;
     for (const v1::FrameResult& frame : result.frames()) {
       for (const v1::FileEntry& file : frame.files()) {
-        files.push_back({frame.path() + "/" + file.name(), file.size()});
+        files.push_back({frame.path() + "/" + file.name(), file.size(), file.sha256()});
       }
     }
     return files;
@@ -177,11 +181,11 @@ class RenderKind final : public JobKind {
       return "frames of rigs '" + RigsText(rigs) + "', wanted exactly '" + job.rigs + "'";
     }
     ASSIGN_OR_RETURN(const VariantFacts variant, desk.VariantOf(job.variant));
-    const std::vector<std::string> wanted = FrameFileNames(variant.config->render());
+    const v1::RenderConfig& render = variant.config->render();
     for (const CheckedFrame& frame : frames) {
-      if (frame.files == wanted) continue;
+      if (AreFrameFiles(frame.files, render)) continue;
       return fmt::format("frame of rig {}: files {}, wanted exactly {}", frame.rig,
-                         Joined(frame.files), Joined(wanted));
+                         Joined(frame.files), Joined(FrameFileNames(render)));
     }
     return std::string();
   }
@@ -192,7 +196,7 @@ class RenderKind final : public JobKind {
     if (stage != "frame" || !UnpackMessage(bytes, frame).ok()) return {};
     std::vector<OutputFile> files;
     for (const v1::FileEntry& file : frame.files()) {
-      files.push_back({frame.path() + "/" + file.name(), file.size()});
+      files.push_back({frame.path() + "/" + file.name(), file.size(), file.sha256()});
     }
     return files;
   }

@@ -6,7 +6,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <numeric>
 
@@ -16,30 +15,42 @@
 #include "common/config/training_plan.h"
 #include "coordinator/queue/commands/report_check.h"
 #include "coordinator/queue/kinds/folder_kind.h"
+#include "coordinator/queue/kinds/result_figures.h"
 
 namespace parallax {
 namespace {
+
+constexpr double kMostSteps = 1e9;
+constexpr double kLargestLoss = 1e9;
 
 std::string WhyBadCheckpoints(const v1::TrainResult& result) {
   if (result.checkpoints().empty()) return "no checkpoints";
   int64_t last = 0;
   for (const v1::TrainedCheckpoint& checkpoint : result.checkpoints()) {
     const auto is_it = [&](const v1::FileEntry& file) { return file.name() == checkpoint.name(); };
-    if (std::none_of(result.files().begin(), result.files().end(), is_it)) {
+    const auto file = std::find_if(result.files().begin(), result.files().end(), is_it);
+    if (file == result.files().end()) {
       return "checkpoint '" + OneLine(checkpoint.name()) + "' is not among its files";
     }
+    if (file->size() == 0) return "checkpoint '" + OneLine(checkpoint.name()) + "' is empty";
     if (checkpoint.step() <= last) {
       return fmt::format("a checkpoint of step {} after one of step {}", checkpoint.step(), last);
     }
     last = checkpoint.step();
   }
-  return "";
+  return WhyNotIn("a checkpoint's step", static_cast<double>(last), 1, kMostSteps);
 }
 
 std::string WhyNoResult(const v1::TrainResult& result) {
   if (std::string why = WhyBadCheckpoints(result); !why.empty()) return why;
-  if (!std::isfinite(result.loss())) return "a loss that is not finite";
-  if (!std::isfinite(result.train_s()) || result.train_s() < 0) return "a negative time";
+  if (std::string why = WhyNotIn("a loss", result.loss(), -kLargestLoss, kLargestLoss);
+      !why.empty()) {
+    return why;
+  }
+  if (std::string why = WhyNotIn("a time in seconds", result.train_s(), 0, kLongestS);
+      !why.empty()) {
+    return why;
+  }
   if (result.pairs() < 1) return fmt::format("{} pairs trained on", result.pairs());
   return "";
 }
@@ -99,6 +110,10 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
   absl::StatusOr<std::string> WhyNot(WorkDesk&, const JobFacts& job,
                                      const CheckedResult& result) const override {
     ASSIGN_OR_RETURN(const v1::TrainInput input, InputOf<v1::TrainInput>(job.input));
+    const int64_t pairs = std::accumulate(input.pairs().begin(), input.pairs().end(), int64_t{0});
+    if (ResultIn(result).pairs() > pairs) {
+      return fmt::format("{} pairs trained on, of {}", ResultIn(result).pairs(), pairs);
+    }
     const int seen = ResultIn(result).checkpoints_size();
     if (seen <= input.job().checkpoints()) return std::string();
     return fmt::format("{} checkpoints, wanted at most {}", seen, input.job().checkpoints());
@@ -145,6 +160,16 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
     return absl::OkStatus();
   }
 
+  std::vector<WorkNeeds> NeedsOfStudy(const v1::StudySpec& given) const override {
+    if (!given.has_train()) return {};
+    v1::StudySpec study = given;
+    ResolveTraining(&study);
+    v1::TrainInput input;
+    *input.mutable_needs() = study.train().needs();
+    input.mutable_job()->set_trainer(study.train().trainer());
+    return {NeedsOf(input.SerializeAsString())};
+  }
+
   // ---- Audit
   std::span<const Invariant> Invariants() const override { return kInvariants; }
 
@@ -159,7 +184,10 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
       {"a trained network has its result",
        "SELECT j.id FROM all_jobs AS j LEFT JOIN results AS r ON r.work_key = j.work_key"
        " WHERE j.kind = 'train' AND j.state = 'SUCCEEDED' AND r.stage IS NOT 'train'"
-       " AND j.study_id IN (SELECT id FROM studies WHERE forgotten = 0)"},
+       " AND j.study_id IN (SELECT id FROM studies WHERE forgotten = 0 AND cancelled = 0)"
+       // A damaged one is made again.
+       " AND NOT EXISTS (SELECT 1 FROM jobs AS n WHERE n.variant_id = j.variant_id"
+       " AND n.ordinal = j.ordinal AND n.kind = j.kind AND n.generation > j.generation)"},
       {"a training began when its pairs were there",
        "SELECT j.id FROM jobs AS j WHERE j.kind = 'train' AND j.attempts > 0"
        " AND EXISTS (SELECT 1 FROM waits AS w WHERE w.job_id = j.id AND w.state <> 'MET')"},
@@ -228,6 +256,7 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
       frames.set_variant(part.variant());
       frames.set_weight(part.weight());
       TakeFinish(*variant.config, &frames);
+      TakeTruth(set.truth(), &frames);
       input.add_variant_ids(id);
       input.add_pairs(variant.pairs_wanted);
     }

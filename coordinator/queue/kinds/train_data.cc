@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "common/base/ability_tags.h"
 #include "common/base/status.h"
 #include "common/config/frame_files.h"
 #include "coordinator/queue/commands/report_check.h"
@@ -13,7 +14,6 @@ namespace parallax {
 namespace {
 
 constexpr int kMostFiles = 10'000;
-constexpr char kGpuTag[] = "gpu";
 
 // Returns no bytes without a sensor, so that keys of such sets stay as they were.
 std::string SensorBytes(const v1::FrameSet& set) {
@@ -21,7 +21,16 @@ std::string SensorBytes(const v1::FrameSet& set) {
   return std::string("\nsensor ") + kSensorVersion + "\n" + DeterministicBytes(set.sensor());
 }
 
+// Returns no bytes for the truth of first surfaces, for the same reason.
+std::string TruthBytes(const v1::FrameSet& set) {
+  return set.truth().empty() ? "" : "\ntruth " + set.truth();
+}
+
 }  // namespace
+
+void TakeTruth(const std::string& truth, v1::FrameSet* set) {
+  if (truth == "behind") set->set_truth(truth);
+}
 
 void TakeFinish(const v1::SceneConfig& config, v1::FrameSet* set) {
   *set->mutable_filters() = config.filters();
@@ -35,7 +44,7 @@ DataPart DataPartOf(const VariantFacts& variant, const v1::FrameSet& set) {
           .pairs = variant.pairs_wanted,
           .rigs_per_scene = variant.rigs_per_scene,
           .weight = set.weight(),
-          .filters = DeterministicBytes(set.filters()) + SensorBytes(set)};
+          .filters = DeterministicBytes(set.filters()) + SensorBytes(set) + TruthBytes(set)};
 }
 
 absl::StatusOr<v1::TrainResult> TrainingWaitedFor(int64_t job, ResultReader& results) {
@@ -93,7 +102,8 @@ std::string WhyBadFiles(const std::string& path,
 std::vector<JobKind::OutputFile> OutputFilesOf(
     const std::string& path, const google::protobuf::RepeatedPtrField<v1::FileEntry>& files) {
   std::vector<JobKind::OutputFile> out;
-  for (const v1::FileEntry& file : files) out.push_back({path + "/" + file.name(), file.size()});
+  for (const v1::FileEntry& file : files)
+    out.push_back({path + "/" + file.name(), file.size(), file.sha256()});
   return out;
 }
 

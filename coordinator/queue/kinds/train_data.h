@@ -15,6 +15,8 @@ namespace parallax {
 // Copies the variant's filters and its sensor, if it has one, to the set. Both are applied to
 // frames when they are brought out of the store.
 void TakeFinish(const v1::SceneConfig& config, v1::FrameSet* set);
+// Sets which surface is the frames' truth: "first", which needs no word, or "behind".
+void TakeTruth(const std::string& truth, v1::FrameSet* set);
 
 // Returns the values that decide which pairs `variant` gives, for keys.
 DataPart DataPartOf(const VariantFacts& variant, const v1::FrameSet& set);

@@ -18,6 +18,12 @@ constexpr size_t kShownOfAKind = 10;
 #define GOING                                                              \
   "(SELECT v.id FROM variants AS v JOIN studies AS s ON s.id = v.study_id" \
   " WHERE s.forgotten > 0)"
+// Its result was damaged: another generation makes it again, unless the study is cancelled.
+#define TAKEN_BACK                                                                     \
+  "(EXISTS (SELECT 1 FROM jobs AS n WHERE n.variant_id = j.variant_id"                 \
+  " AND n.ordinal = j.ordinal AND n.kind = j.kind AND n.generation > j.generation)"    \
+  " OR EXISTS (SELECT 1 FROM studies AS c WHERE c.id = j.study_id AND c.cancelled = 1" \
+  " AND NOT EXISTS (SELECT 1 FROM results AS e WHERE e.work_key = j.work_key)))"
 #define LOST_OTHER "j.kind NOT IN " OF_SCENE " AND j.state IN " LOST
 
 constexpr JobKind::Invariant kInvariants[] = {
@@ -56,7 +62,8 @@ constexpr JobKind::Invariant kInvariants[] = {
      " OR j.id IN (SELECT job_id FROM all_losses)) AND (j.app_failures <>"
      " (SELECT count(*) FROM all_losses AS l WHERE l.job_id = j.id AND l.ledger = 'app')"
      " OR j.infra_losses <> (SELECT count(*) FROM all_losses AS l WHERE l.job_id = j.id"
-     " AND l.ledger <> 'app') OR j.attempts < j.app_failures + j.infra_losses)"},
+     " AND l.ledger = 'lost') OR j.attempts < (SELECT count(*) FROM all_losses AS l"
+     " WHERE l.job_id = j.id))"},
     {"only the work itself fails a job",
      "SELECT id FROM all_jobs WHERE state = 'FAILED' AND app_failures = 0"},
     {"a result is an attempt's or reused",
@@ -83,7 +90,9 @@ constexpr JobKind::Invariant kInvariants[] = {
     {"a met wait was for what has happened",
      "SELECT w.rowid FROM waits AS w LEFT JOIN all_jobs AS j ON j.id = w.on_job"
      " LEFT JOIN variants AS v ON v.id = w.on_variant WHERE w.state = 'MET'"
-     " AND coalesce(j.state = 'SUCCEEDED', v.pairs_done >= w.pairs, 0) = 0"},
+     " AND coalesce(j.state = 'SUCCEEDED', v.pairs_done >= w.pairs, 0) = 0"
+     // Some of its pairs may have been taken back.
+     " AND NOT EXISTS (SELECT 1 FROM repairs AS p WHERE p.variant_id = w.on_variant)"},
     {"a job that waited in vain was never leased",
      "SELECT j.id FROM jobs AS j WHERE j.attempts > 0 AND j.id IN (SELECT job_id FROM waits"
      " WHERE state <> 'MET')"},
@@ -146,7 +155,8 @@ constexpr JobKind::Invariant kInvariants[] = {
     {"a study lists the results of its jobs that have files",
      "SELECT j.id FROM all_jobs AS j JOIN job_kinds AS k ON k.name = j.kind"
      " LEFT JOIN study_results AS r ON r.job_id = j.id WHERE k.of_scene = 0 AND k.has_output = 1"
-     " AND j.variant_id NOT IN " GOING " AND ((j.state = 'SUCCEEDED') <> (r.job_id IS NOT NULL)"
+     " AND j.variant_id NOT IN " GOING " AND ((j.state = 'SUCCEEDED' AND NOT " TAKEN_BACK
+     ") <> (r.job_id IS NOT NULL)"
      " OR r.work_key <> j.work_key OR r.study_id <> j.study_id)"},
     {"a cancelled study has nothing unfinished",
      "SELECT j.id FROM jobs AS j JOIN studies AS s ON s.id = j.study_id"
@@ -243,7 +253,8 @@ absl::Status CheckRigs(SqliteConnection& db, Violations& out) {
     for (size_t i = 0; all && i < rigs->size(); ++i) {
       ASSIGN_OR_RETURN(const auto found,
                        db.Integer("SELECT 1 FROM frames WHERE variant_id = ?1 AND ordinal = ?2"
-                                  " AND rig = ?3",
+                                  " AND rig = ?3 UNION ALL SELECT 1 FROM repairs"
+                                  " WHERE variant_id = ?1 AND ordinal = ?2 AND rig = ?3",
                                   jobs.Int(1), jobs.Int(2), (*rigs)[i]));
       all = found.has_value();
     }

@@ -9,23 +9,32 @@
 #include "common/base/status.h"
 #include "coordinator/queue/reads/reader_rows.h"
 #include "coordinator/queue/reads/readers.h"
+#include "coordinator/queue/ready_key.h"
 #include "coordinator/study/rigs.h"
 
 namespace parallax {
 namespace {
 
 // A row of jobs, with the log of the newest failed attempt.
-#define PARALLAX_LISTED_JOB_OF(table, losses)                             \
-  "SELECT j.id, j.kind, j.state, v.name, j.ordinal, j.rigs, j.attempts, " \
-  "j.worker, j.error, j.input, CASE WHEN j.app_failures > 0 THEN"         \
-  " (SELECT l.log_tail FROM " losses                                      \
-  " AS l WHERE l.job_id = j.id AND l.log_tail <> ''"                      \
-  " ORDER BY l.unix_s DESC LIMIT 1) END "                                 \
-  "FROM " table " AS j JOIN variants AS v ON v.id = j.variant_id "
+#define PARALLAX_LISTED_JOB_OF(table, losses)                              \
+  "SELECT j.id, j.kind, j.state, v.name, j.ordinal, j.rigs, j.attempts, "  \
+  "j.worker, j.error, j.input, CASE WHEN j.app_failures > 0 THEN"          \
+  " (SELECT l.log_tail FROM " losses                                       \
+  " AS l WHERE l.job_id = j.id AND l.log_tail <> ''"                       \
+  " ORDER BY l.unix_s DESC LIMIT 1) END, s.needs_memory_mb, s.needs_tags " \
+  "FROM " table                                                            \
+  " AS j JOIN variants AS v ON v.id = j.variant_id JOIN studies AS s ON s.id = v.study_id "
 #define PARALLAX_LISTED_JOB PARALLAX_LISTED_JOB_OF("jobs", "attempt_losses")
 
 // Bound on all logs in one list; jobs beyond it come without their logs.
 constexpr size_t kMostLogBytes = 4 << 20;
+
+void SetNeeds(const SqliteQuery& query, const JobKind& kind, v1::JobStatus& job) {
+  const WorkNeeds of_study{query.Int(11), TagLines(query.Text(12))};
+  const ReadyKey key = ReadyKeyOf(0, of_study, kind, kind.NeedsOf(query.Blob(9)));
+  job.set_needs_memory_mb(key.memory_mb);
+  job.mutable_needs_tags()->Add(key.tags.begin(), key.tags.end());
+}
 
 absl::Status AddJobs(SqliteQuery& query, const KindRegistry& kinds,
                      std::vector<v1::JobStatus>& jobs) {
@@ -46,6 +55,7 @@ absl::Status AddJobs(SqliteQuery& query, const KindRegistry& kinds,
     job.set_error(std::string(query.Text(8)));
     if (const auto kind = kinds.Find(query.Text(1))) {
       job.set_label(kinds[*kind].LabelOf(query.Blob(9)));
+      if (query.Text(2) == NameOf(JobState::kReady)) SetNeeds(query, kinds[*kind], job);
     }
     log_bytes += query.Text(10).size();
     if (log_bytes <= kMostLogBytes) job.set_log_tail(std::string(query.Text(10)));

@@ -195,7 +195,15 @@ absl::StatusOr<std::vector<std::string>> Readers::ListContentFolders() {
       RETURN_IF_ERROR(UnpackMessage(query.Blob(0), config));
       for (const std::string* folder : ContentFoldersOf(config)) folders.insert(*folder);
     }
-    return query.status();
+    RETURN_IF_ERROR(query.status());
+    SqliteQuery studies(db, "SELECT spec_z FROM studies WHERE forgotten = 0");
+    v1::StudySpec study;
+    while (studies.Next()) {
+      RETURN_IF_ERROR(UnpackMessage(studies.Blob(0), study));
+      for (const auto& own : study.evaluate().own_benchmarks())
+        folders.insert(PathOfBenchmark(own));
+    }
+    return studies.status();
   }));
   return std::vector<std::string>(folders.begin(), folders.end());
 }

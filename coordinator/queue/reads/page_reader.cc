@@ -148,6 +148,22 @@ absl::Status AddAttempts(SqliteConnection& db, JobDetail& job) {
   return query.status();
 }
 
+absl::Status AddResult(SqliteConnection& db, const KindRegistry& kinds, JobDetail& job) {
+  if (job.status.state() != NameOf(JobState::kSucceeded)) return absl::OkStatus();
+  ASSIGN_OR_RETURN(const KindId kind, kinds.IdOf(job.status.kind()));
+  SqliteQuery query(db,
+                    "SELECT r.bytes FROM all_jobs AS j JOIN results AS r"
+                    " ON r.work_key = j.work_key AND r.stage = j.kind WHERE j.id = ?1",
+                    job.status.job_id());
+  if (query.Next()) {
+    if (auto folder = kinds[kind].FolderOf(query.Blob(0))) {
+      job.result_path = std::move(folder->path);
+      job.result_files.assign(folder->files.begin(), folder->files.end());
+    }
+  }
+  return query.status();
+}
+
 absl::Status AddPairsOfJob(SqliteConnection& db, int64_t variant, JobDetail& job) {
   if (job.status.rigs().empty()) return absl::OkStatus();
   SqliteQuery query(db, PARALLAX_PAIR "WHERE f.variant_id = ?1 AND f.ordinal = ?2 ORDER BY f.rig",
@@ -260,6 +276,7 @@ absl::StatusOr<JobDetail> PageReader::Job(int64_t job_id) {
       variant = query.Int(21);
     }
     RETURN_IF_ERROR(AddAttempts(db, job));
+    RETURN_IF_ERROR(AddResult(db, kinds_, job));
     return AddPairsOfJob(db, variant, job);
   }));
   return job;

@@ -71,6 +71,9 @@ struct JobDetail {
   double ready_unix_s = 0, finished_unix_s = 0, not_before_unix_s = 0;  // 0: not set.
   std::vector<LostAttempt> attempts;  // The oldest first, at most 100.
   std::vector<PublishedPair> pairs;   // Its pairs that are published.
+  // Folder of its result in the store, and the files in it; empty without such a folder.
+  std::string result_path;
+  std::vector<v1::FileEntry> result_files;
 };
 
 // A figure of a network, or of a baseline, on a benchmark.

@@ -23,6 +23,8 @@ class JobArchive {
   // Moves up to `limit` ended jobs of the study to the archive, with their losses. Returns their
   // number.
   absl::StatusOr<int> Add(int64_t study, int limit);
+  // Moves all jobs of the study back from the archive.
+  absl::Status Restore(int64_t study);
   // Removes up to `limit` archived jobs of a forgotten study, with their losses. Returns their
   // number.
   absl::StatusOr<int> Remove(int64_t study, int limit);

@@ -1,20 +1,10 @@
 #include "coordinator/queue/tables/ledger.h"
 
 #include "coordinator/queue/database/compress.h"
+#include "coordinator/queue/ready_key.h"
 
 namespace parallax {
 namespace {
-
-std::vector<std::string> Lines(std::string_view text) {
-  std::vector<std::string> lines;
-  while (!text.empty()) {
-    const size_t end = text.find('\n');
-    lines.emplace_back(text.substr(0, end));
-    if (end == std::string_view::npos) break;
-    text.remove_prefix(end + 1);
-  }
-  return lines;
-}
 
 absl::Status NoSuchId(const char* what, int64_t id) { return NotFound("{} {}: no such", what, id); }
 
@@ -48,7 +38,7 @@ absl::StatusOr<Study*> Ledger::FindStudy(int64_t id) {
     study.seed = static_cast<uint64_t>(query.Int(1));
     study.priority = static_cast<int>(query.Int(2));
     study.needs_memory_mb = query.Int(3);
-    study.needs_tags = Lines(query.Text(4));
+    study.needs_tags = TagLines(query.Text(4));
     study.tally.paused = query.Int(5) != 0;
     study.tally.cancelled = query.Int(6) != 0;
     study.tally.finished = query.Int(7) != 0;

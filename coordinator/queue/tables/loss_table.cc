@@ -45,25 +45,6 @@ absl::StatusOr<int> LossTable::WorkersWithFingerprint(int64_t job, const std::st
   return static_cast<int>(n.value_or(0));
 }
 
-absl::StatusOr<int> LossTable::WorkersLost(int64_t job) {
-  ASSIGN_OR_RETURN(const auto n, db_.Integer("SELECT count(DISTINCT worker) FROM attempt_losses"
-                                             " WHERE job_id = ?1 AND ledger = 'lost'",
-                                             job));
-  return static_cast<int>(n.value_or(0));
-}
-
-absl::StatusOr<bool> LossTable::WorkersLostWithout(int64_t job) {
-  // All jobs that a worker lost at one time count as one loss of the worker.
-  ASSIGN_OR_RETURN(
-      const auto found,
-      db_.Integer("SELECT 1 FROM attempt_losses WHERE ledger = 'lost' AND unix_s >="
-                  " (SELECT min(unix_s) FROM attempt_losses WHERE job_id = ?1 AND ledger = 'lost')"
-                  " AND (worker, unix_s) NOT IN (SELECT worker, unix_s FROM attempt_losses"
-                  " WHERE job_id = ?1 AND ledger = 'lost') LIMIT 1",
-                  job));
-  return found.has_value();
-}
-
 absl::StatusOr<bool> LossTable::AlwaysLostWithAnother(int64_t job, const std::string& worker,
                                                       double now) {
   // Some jobs of the worker that is lost now are in the ledger; others are still leased to it.
@@ -85,10 +66,13 @@ absl::StatusOr<bool> LossTable::AlwaysLostWithAnother(int64_t job, const std::st
 }
 
 absl::Status LossTable::MoveLostToReturned(int64_t job, uint64_t fence) {
-  return db_.Run(
-      "UPDATE attempt_losses SET ledger = 'returned'"
-      " WHERE job_id = ?1 AND fence = ?2 AND ledger = 'lost'",
-      job, fence);
+  RETURN_IF_ERROR(
+      db_.Run("UPDATE attempt_losses SET ledger = 'returned'"
+              " WHERE job_id = ?1 AND fence = ?2 AND ledger = 'lost'"
+              " AND EXISTS (SELECT 1 FROM jobs WHERE id = ?1 AND finished_unix_s IS NULL)",
+              job, fence));
+  if (db_.changes() == 0) return absl::OkStatus();
+  return db_.Run("UPDATE jobs SET infra_losses = infra_losses - 1 WHERE id = ?1", job);
 }
 
 }  // namespace parallax

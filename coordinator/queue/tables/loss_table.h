@@ -30,8 +30,8 @@ class LossTable {
   LossTable(SqliteConnection& db, int most_logs) : db_(db), most_logs_(most_logs) {}
 
   absl::Status Insert(const AttemptLoss& loss);
-  // Changes a loss into a return, because the attempt's worker lives and was only away: the loss no
-  // longer counts against the job.
+  // Changes a loss into a return, because the attempt's worker lives and was only away. The job no
+  // longer counts the loss, unless it has ended.
   absl::Status MoveLostToReturned(int64_t job, uint64_t fence);
   // Drops the oldest logs of the archive.
   absl::Status DropArchivedLogs();
@@ -39,13 +39,8 @@ class LossTable {
   // Return whether the attempt is in any ledger of losses, or in this one.
   absl::StatusOr<bool> WasLost(int64_t job, uint64_t fence);
   absl::StatusOr<bool> Has(int64_t job, uint64_t fence, const char* ledger);
-  // Return numbers of different workers in a job's ledgers: those that reported the fingerprint,
-  // and those that were lost.
+  // Returns the number of different workers that reported the fingerprint of the job.
   absl::StatusOr<int> WorkersWithFingerprint(int64_t job, const std::string& fingerprint);
-  absl::StatusOr<int> WorkersLost(int64_t job);
-  // Returns whether, since the job first lost its worker, a worker was lost that did not hold it.
-  // Reads all losses.
-  absl::StatusOr<bool> WorkersLostWithout(int64_t job);
   // Returns whether there is another job that every worker lost with this job also held, including
   // the worker that is lost now.
   absl::StatusOr<bool> AlwaysLostWithAnother(int64_t job, const std::string& worker, double now);

@@ -2,11 +2,13 @@
 
 namespace parallax {
 
-absl::StatusOr<std::optional<StoredResult>> ResultTable::Find(const Sha256Digest& key) {
-  SqliteQuery query(db_, "SELECT bytes, rejected FROM results WHERE work_key = ?1", key);
+absl::StatusOr<std::optional<StoredResult>> ResultTable::Find(const Sha256Digest& key,
+                                                              std::string* stage) {
+  SqliteQuery query(db_, "SELECT bytes, rejected, stage FROM results WHERE work_key = ?1", key);
   std::optional<StoredResult> result;
   if (query.Next()) {
     result = StoredResult{std::string(query.Blob(0)), !query.IsNull(1), std::string(query.Text(1))};
+    if (stage != nullptr) *stage = query.Text(2);
   }
   RETURN_IF_ERROR(query.status());
   return result;
@@ -28,9 +30,11 @@ absl::StatusOr<bool> ResultTable::Insert(const Sha256Digest& key, std::string_vi
 }
 
 absl::Status ResultTable::InsertFrame(const JobFacts& scene_of, const FrameLink& frame) {
+  // The cursor of a pair that was taken back is not given again: who follows has passed it.
   return db_.Run(
-      "INSERT INTO frames(study_id, variant_id, ordinal, rig, frame_key, reused)"
-      " VALUES (?1, ?2, ?3, ?4, ?5, ?6)",
+      "INSERT INTO frames(cursor, study_id, variant_id, ordinal, rig, frame_key, reused) VALUES ("
+      "CASE WHEN EXISTS (SELECT 1 FROM repairs) THEN 1 + max((SELECT max(cursor) FROM repairs),"
+      " (SELECT coalesce(max(cursor), 0) FROM frames)) END, ?1, ?2, ?3, ?4, ?5, ?6)",
       scene_of.study, scene_of.variant, scene_of.ordinal, frame.rig, frame.key, frame.reused);
 }
 

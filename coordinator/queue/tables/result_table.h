@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "common/base/hash.h"
@@ -20,7 +21,9 @@ class ResultTable {
   explicit ResultTable(SqliteConnection& db) : db_(db) {}
 
   // Returns the result with this key, if there is one; Has reads less.
-  absl::StatusOr<std::optional<StoredResult>> Find(const Sha256Digest& key);
+  // Sets `stage` to the result's unless it is null.
+  absl::StatusOr<std::optional<StoredResult>> Find(const Sha256Digest& key,
+                                                   std::string* stage = nullptr);
   absl::StatusOr<bool> Has(const Sha256Digest& key);
   // Inserts a result, made by the attempt `fence` of `job`. The first one committed wins: leaves an
   // existing result alone. Returns true if it is new.

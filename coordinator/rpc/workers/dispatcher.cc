@@ -106,7 +106,9 @@ class Dispatcher::Impl {
     std::lock_guard lock(mu_);
     FleetWorker* worker = fleet_.Present(name, link);
     if (worker == nullptr) return;
-    if (fleet_.Break(*worker, clock_.Steady())) ForfeitLeases(queue_, pool_, name);
+    if (fleet_.Break(*worker, clock_.Steady())) {
+      ForfeitLeases(queue_, pool_, name, /*drained=*/true);
+    }
   }
 
   void Reported(const std::string& name, bool succeeded) {
@@ -114,10 +116,22 @@ class Dispatcher::Impl {
     fleet_.Reported(name, succeeded, clock_.Steady());
   }
 
+  void HoldLeases(bool hold) {
+    std::lock_guard lock(mu_);
+    hold_ = hold;
+    if (!hold) inbox_->WorkIsReady();
+  }
+
   std::vector<v1::WorkerStatus> Workers() {
     std::lock_guard lock(mu_);
     TakeNewDrains();
     return fleet_.Statuses(clock_.Steady());
+  }
+
+  std::vector<WorkerGroup> WorkerGroups() {
+    std::lock_guard lock(mu_);
+    TakeNewDrains();
+    return fleet_.Groups(clock_.Steady());
   }
 
   ServerMetrics Metrics() const {
@@ -209,7 +223,9 @@ class Dispatcher::Impl {
     if (work_ready) NewRound(now);
     if (now >= *check_at) {
       *check_at = SecondsAfter(now, check_every_s_);
-      for (const std::string& lost : fleet_.CheckPresence(now)) ForfeitLeases(queue_, pool_, lost);
+      for (const std::string& lost : fleet_.CheckPresence(now)) {
+        ForfeitLeases(queue_, pool_, lost, /*drained=*/false);
+      }
     }
     if (stopping_) return inbox_->IsQuiet();
     Ask();
@@ -274,7 +290,7 @@ class Dispatcher::Impl {
   // Workers ask in turn, so that the last in the alphabet is not always served last.
   void Ask() {
     std::map<std::string, FleetWorker>& workers = fleet_.workers();
-    if (workers.empty()) return;
+    if (workers.empty() || hold_) return;
     const SteadyTime now = clock_.Steady();
     std::optional<FarmByKind> farm;
     auto it = workers.upper_bound(last_asked_);
@@ -336,6 +352,7 @@ class Dispatcher::Impl {
   std::string last_asked_;
   uint64_t round_ = 1;  // 0: in no round.
   bool stopping_ = false;
+  bool hold_ = false;
   int64_t leases_ = 0;
   CountHistogram latency_s_{{0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5}};
   double latency_sum_s_ = 0;
@@ -365,7 +382,9 @@ void Dispatcher::Left(const std::string& worker, const WorkerLink* link) {
 void Dispatcher::Reported(const std::string& worker, bool succeeded) {
   impl_->Reported(worker, succeeded);
 }
+void Dispatcher::HoldLeases(bool hold) { impl_->HoldLeases(hold); }
 std::vector<v1::WorkerStatus> Dispatcher::Workers() const { return impl_->Workers(); }
+std::vector<WorkerGroup> Dispatcher::WorkerGroups() const { return impl_->WorkerGroups(); }
 ServerMetrics Dispatcher::Metrics() const { return impl_->Metrics(); }
 void Dispatcher::Stop() { impl_->Stop(); }
 void Dispatcher::OnWorkReady() { impl_->OnWorkReady(); }

@@ -18,6 +18,7 @@
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "coordinator/rpc/task_pool.h"
+#include "coordinator/rpc/workers/why_waiting.h"
 #include "coordinator/rpc/workers/worker_link.h"
 #include "parallax/v1/service.pb.h"
 
@@ -44,8 +45,13 @@ class Dispatcher final : public JobQueueObserver {
   // suspended; see ConductBook.
   void Reported(const std::string& worker, bool succeeded);
 
+  // Stops leasing until it is called with false, because there is no place for results. What runs
+  // goes on.
+  void HoldLeases(bool hold);
+
   std::vector<v1::WorkerStatus> Workers() const;
-  ServerMetrics Metrics() const;  // Without `reports`, `stages` and `work`.
+  std::vector<WorkerGroup> WorkerGroups() const;  // See Fleet::Groups.
+  ServerMetrics Metrics() const;                  // Without `reports`, `stages` and `work`.
   // Returns the connected workers whose names match the pattern; see CheckDrain.
   std::vector<std::string> ConnectedLike(const std::string& pattern) const;
 

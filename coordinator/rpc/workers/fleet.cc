@@ -3,6 +3,8 @@
 #include <fnmatch.h>
 
 #include <algorithm>
+#include <string_view>
+#include <tuple>
 
 #include "common/base/seconds.h"
 #include "common/base/status.h"
@@ -21,6 +23,7 @@ constexpr size_t kMostGoneWorkers = 20;
 WorkerFacts FactsOf(const v1::Hello& hello) {
   WorkerFacts facts;
   facts.name = hello.name();
+  facts.machine = hello.machine();
   facts.kinds.assign(hello.kinds().begin(), hello.kinds().end());
   std::sort(facts.kinds.begin(), facts.kinds.end());
   facts.memory_mb = hello.memory_mb();
@@ -197,6 +200,32 @@ FarmByKind Fleet::SlotsByKind(SteadyTime now) const {
     }
   }
   return farm;
+}
+
+std::vector<WorkerGroup> Fleet::Groups(SteadyTime now) const {
+  std::map<std::tuple<std::vector<std::string>, std::vector<std::string>, int64_t>, WorkerGroup>
+      groups;
+  for (const auto& [name, worker] : workers_) {
+    if (IsGone(worker)) continue;
+    const WorkerFacts& facts = worker.facts;
+    WorkerGroup& group = groups[{facts.kinds, facts.tags, facts.memory_mb}];
+    const std::string_view state = StateName(worker, now);
+    if (state == "suspended") {
+      ++group.suspended;
+    } else if (state == "draining" || state == "drained") {
+      ++group.drained;
+    } else if (state == "away" || Running(worker) >= worker.hello.slots()) {
+      ++group.busy;
+    } else {
+      ++group.free;
+    }
+  }
+  std::vector<WorkerGroup> all;
+  for (auto& [abilities, group] : groups) {
+    std::tie(group.kinds, group.tags, group.memory_mb) = abilities;
+    all.push_back(std::move(group));
+  }
+  return all;
 }
 
 // Busy slots: leases beyond the slots wait for a free one.

@@ -17,6 +17,7 @@
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "coordinator/rpc/workers/conduct.h"
+#include "coordinator/rpc/workers/why_waiting.h"
 #include "coordinator/rpc/workers/worker_link.h"
 #include "parallax/v1/service.pb.h"
 
@@ -89,6 +90,9 @@ class Fleet {
   void CloseAll(const absl::Status& status);
 
   FarmByKind SlotsByKind(SteadyTime now) const;
+  // Returns the workers that may still get jobs, by their abilities. A worker that is away but not
+  // lost counts as busy.
+  std::vector<WorkerGroup> Groups(SteadyTime now) const;
   std::vector<v1::WorkerStatus> Statuses(SteadyTime now) const;
   // Sets the numbers of workers, slots and running jobs in `metrics`.
   void Count(ServerMetrics& metrics) const;

@@ -5,14 +5,14 @@
 
 namespace parallax {
 
-void ForfeitLeases(JobQueue& queue, TaskPool& pool, const std::string& worker) {
-  pool.Run([&queue, worker] {
-    const auto lost = queue.WorkerLost(worker);
+void ForfeitLeases(JobQueue& queue, TaskPool& pool, const std::string& worker, bool drained) {
+  pool.Run([&queue, worker, drained] {
+    const auto lost = drained ? queue.WorkerLeft(worker) : queue.WorkerLost(worker);
     if (!lost.ok()) {
-      LogError("leases of a lost worker stay until they expire",
+      LogError("leases of a worker that has gone stay until they expire",
                {{"worker", worker}, {"error", lost.status()}});
     } else if (*lost > 0) {
-      LogWarning("leases of a lost worker are given to others",
+      LogWarning("leases of a worker that has gone are given to others",
                  {{"worker", worker}, {"leases", *lost}});
     }
   });

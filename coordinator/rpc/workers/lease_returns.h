@@ -10,8 +10,9 @@
 
 namespace parallax {
 
-// Gives up all leases of a lost worker. `queue` must outlive the pool's tasks.
-void ForfeitLeases(JobQueue& queue, TaskPool& pool, const std::string& worker);
+// Gives up all leases of a worker that is lost or, without blame, has `drained` and left. `queue`
+// must outlive the pool's tasks.
+void ForfeitLeases(JobQueue& queue, TaskPool& pool, const std::string& worker, bool drained);
 
 // Hands back leases to a worker that has gone meanwhile: their jobs are READY again, without blame.
 // `queue` must outlive the pool's tasks.

@@ -4,8 +4,12 @@
 
 #include <map>
 
+#include "common/base/hash.h"
+
 namespace parallax {
 namespace {
+
+constexpr int64_t kMostSampledBytes = int64_t{64} << 20;
 
 // "ab/ab12.../.attempt-7" of "ab/ab12.../.attempt-7/003/left.png"; empty without.
 std::string AttemptFolderOf(const std::string& path) {
@@ -34,6 +38,20 @@ absl::StatusOr<std::string> WhyNotInStore(const Store& store,
     }
   }
   return std::string();
+}
+
+absl::StatusOr<std::string> WhyNotAsHashed(const Store& store,
+                                           const std::vector<JobKind::OutputFile>& files,
+                                           uint64_t draw) {
+  std::vector<const JobKind::OutputFile*> small;
+  for (const JobKind::OutputFile& file : files) {
+    if (file.size <= kMostSampledBytes) small.push_back(&file);
+  }
+  if (small.empty()) return std::string();
+  const JobKind::OutputFile& file = *small[draw % small.size()];
+  ASSIGN_OR_RETURN(const std::string bytes, store.Get(file.path));
+  if (Sha256Hex(bytes) == file.sha256) return std::string();
+  return file.path + ": its content has another SHA-256 than its worker says";
 }
 
 }  // namespace parallax

@@ -1,6 +1,7 @@
 // Checks that the files of a result are in the store.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -16,5 +17,12 @@ namespace parallax {
 // attempts' folders are left to the queue's own check. Errors: those of Store::List.
 absl::StatusOr<std::string> WhyNotInStore(const Store& store,
                                           const std::vector<JobKind::OutputFile>& files);
+
+// Returns an empty text if one of `files`, which `draw` chooses, has the stated content, else what
+// is wrong: workers write into a shared store by themselves, so that their hashes are hearsay until
+// somebody reads the files. Reads no file of more than 64 MiB. Errors: those of the store.
+absl::StatusOr<std::string> WhyNotAsHashed(const Store& store,
+                                           const std::vector<JobKind::OutputFile>& files,
+                                           uint64_t draw);
 
 }  // namespace parallax

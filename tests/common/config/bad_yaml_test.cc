@@ -158,12 +158,8 @@ TEST(StudyYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
        "s.yaml: nothing, allowed is a map of fields: those of a study (study, pairs, variants) or "
        "of a scene config"},
       {"study: s\npairs: 1\nrigs: {count: 2}\nvariants: [{name: a}]",
-       "s.yaml:3: rigs: no field of a study but of its scenes, allowed is variants[].set.rigs, or "
-       "the file that `base` names"},
-      {"study: s\npairs: 1\nvariants:\n  - name: a\n    set: {materials: {picture_dir: /a/b}}",
-       "s.yaml:5: variants[0].set.materials.picture_dir: \"/a/b\" is an absolute path, allowed is "
-       "a folder below the worker's --picture-root, such as posters/large; for `parallax run` that "
-       "root is /: write \"a/b\", or give any folder of pictures by its --picture-dir"},
+       "s.yaml:3: rigs: no field of a study but of its scenes, allowed is set.rigs, "
+       "variants[].set.rigs, or the file that `base` names"},
       {"pairs: 1\nvariants: [{name: a}]", "s.yaml:1: study: missing, allowed is the study's name"},
       {"study: s\nvariants: [{name: a}]", "s.yaml:1: pairs: missing, ..."},
       {"study: s\npairs: 1", "s.yaml:1: variants: missing, ..."},

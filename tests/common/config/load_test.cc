@@ -90,18 +90,6 @@ TEST(SceneConfigYaml, WrittenConfigReadsBackEqual) {
   EXPECT_THAT(text, HasSubstr("  count: {bernoulli: 0.1}\n"));
 }
 
-TEST(LineOfField, IsThatOfTheValueInTheText) {
-  const char* text = "study: s\npairs: 1\ntrain:\n  seeds: 2\n  trainer: nope\n";
-  EXPECT_EQ(LineOfField(text, "pairs"), 2);
-  EXPECT_EQ(LineOfField(text, "train.trainer"), 5);
-  EXPECT_EQ(LineOfField("{train: {trainer: nope}}", "train.trainer"), 1);
-  for (const char* absent : {"train.steps", "study.name", "evaluate.group_by"}) {
-    EXPECT_EQ(LineOfField(text, absent), 0) << absent;
-  }
-  EXPECT_EQ(LineOfField("", "train"), 0);
-  EXPECT_EQ(LineOfField("a: [", "a"), 0);
-}
-
 TEST(MessageYaml, RecipesReadAsText) {
   v1::Scene scene;
   scene.set_scene_seed(7);

@@ -191,6 +191,35 @@ TEST(Training, PicturesThatCannotBeTrainedOnAreToldBeforeTheyAreRendered) {
               HasSubstr("render.maps: without masks, which"));
   EXPECT_EQ(study(maps, "evaluate: {heldout_pairs: 2, heldout_variant: b}"), "");
   EXPECT_EQ(study(maps, "evaluate: {}"), "");
+  const std::string first = "render: {maps: [disparity, masks]}";
+  const std::string layers =
+      "render: {maps: [depth, disparity, occlusion, objects, materials, masks, layers]}";
+  EXPECT_EQ(study(first, "train: {}"), "");
+  EXPECT_THAT(study(first, "train: {truth: behind}"),
+              HasSubstr("render.maps: without layers, which `truth: behind` is made of"));
+  EXPECT_EQ(study(layers, "train: {truth: behind, variants: [a]}"), "");
+  EXPECT_THAT(study(first, "evaluate: {heldout_pairs: 2, truth: behind}"),
+              HasSubstr("render.maps: without layers"));
+  EXPECT_THAT(study("render: {maps: [disparity, masks, layers]}", "train: {}"),
+              HasSubstr("render.maps: layers without depth, allowed with both"));
+}
+
+TEST(Training, EachSetHasTheTruthOfItsOwnOrTheTrainings) {
+  const auto study = ParseStudy(
+      "study: s\npairs: 4\nvariants:\n  - name: a\n    set: {render: {maps: [depth, disparity, "
+      "objects, materials, masks, layers]}}\ntrain:\n  truth: behind\n  mixtures:\n"
+      "  - {name: first, truth: first, parts: [{variant: a}]}\nevaluate: {heldout_pairs: 2}\n",
+      "s.yaml");
+  ASSERT_TRUE(study.ok()) << study.status();
+  v1::StudySpec resolved = *study;
+  ResolveTraining(&resolved);
+  const auto sets = TrainingSetsOf(resolved);
+  ASSERT_EQ(sets.size(), 2u);
+  EXPECT_EQ(sets[0].truth(), "behind");
+  EXPECT_EQ(sets[1].truth(), "first");
+  EXPECT_EQ(TruthOfHeldout(resolved), "behind");
+  resolved.mutable_evaluate()->set_truth("first");
+  EXPECT_EQ(TruthOfHeldout(resolved), "first");
 }
 
 TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {

@@ -12,11 +12,14 @@ TEST(RpcAddress, ReadsWhatItWritesAndKnowsWhatIsLocal) {
     bool is_unix;
     int port;
   } cases[] = {
-      {"127.0.0.1:7070", true, false, 7070}, {"127.8.9.10:1", true, false, 1},
-      {"localhost:0", true, false, 0},       {"[::1]:65535", true, false, 65535},
-      {"0.0.0.0:7070", false, false, 7070},  {"farm-1.example.org:7070", false, false, 7070},
-      {"[::]:7070", false, false, 7070},     {"127.example.org:80", false, false, 80},
-      {"127.0.0:80", false, false, 80},      {"unix:/run/parallax.sock", true, true, 0},
+      {"127.0.0.1:7070", true, false, 7070},     {"127.8.9.10:1", true, false, 1},
+      {"localhost:0", true, false, 0},           {"[::1]:65535", true, false, 65535},
+      {"0.0.0.0:7070", false, false, 7070},      {"farm-1.example.org:7070", false, false, 7070},
+      {"[::]:7070", false, false, 7070},         {"127.example.org:80", false, false, 80},
+      {"127.0.0:80", false, false, 80},          {"127.evil.com:80", false, false, 80},
+      {"127.0.0.999:80", false, false, 80},      {"127.0.0.1.:80", false, false, 80},
+      {"LOCALHOST:80", true, false, 80},         {"localhost.evil.com:80", false, false, 80},
+      {"[::ffff:1.2.3.4]:80", false, false, 80}, {"unix:/run/parallax.sock", true, true, 0},
   };
   for (const auto& row : cases) {
     const auto address = ParseRpcAddress(row.text);

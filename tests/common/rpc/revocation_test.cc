@@ -39,7 +39,36 @@ class RevocationTest : public testing::Test {
   SteppedClock clock_;
 };
 
-TEST_F(RevocationTest, AFileThatComesAndGrowsIsHeard) {
+TEST_F(RevocationTest, AListThatIsLostFreesNobody) {
+  for (const char* nothing : {"", " \n\n"}) {
+    ASSERT_TRUE(WriteFile(path_, nothing).ok());
+    const absl::Status empty = RevokedCertificates::Open(path_, clock_).status();
+    EXPECT_EQ(empty.code(), absl::StatusCode::kFailedPrecondition) << empty;
+    EXPECT_THAT(std::string(empty.message()), HasSubstr("begins with '#'"));
+  }
+  fs::remove(path_);
+  const absl::Status absent = RevokedCertificates::Open(path_, clock_).status();
+  EXPECT_EQ(absent.code(), absl::StatusCode::kFailedPrecondition) << absent;
+  EXPECT_THAT(std::string(absent.message()), HasSubstr(path_));
+
+  ASSERT_TRUE(WriteFile(path_, ada_ + "\n" + bob_ + "\n").ok());
+  const auto revoked = RevokedCertificates::Open(path_, clock_);
+  ASSERT_TRUE(revoked.ok()) << revoked.status();
+  const std::string carl(64, 'c');
+  const auto both = [&] { return (*revoked)->Contains(ada_) && (*revoked)->Contains(bob_); };
+  for (const std::string left : {std::string(), std::string("# none\n"), ada_ + "\n", carl}) {
+    ASSERT_TRUE(WriteFile(path_, left).ok());
+    clock_.Step();
+    EXPECT_TRUE(both()) << left;
+    fs::remove(path_);
+    clock_.Step();
+    EXPECT_TRUE(both()) << "gone after " << left;
+  }
+  EXPECT_TRUE((*revoked)->Contains(carl)) << "and what is added counts";
+}
+
+TEST_F(RevocationTest, AFileThatGrowsIsHeard) {
+  ASSERT_TRUE(WriteFile(path_, kEmptyRevokedList).ok());
   const auto revoked = RevokedCertificates::Open(path_, clock_);
   ASSERT_TRUE(revoked.ok()) << revoked.status();
   EXPECT_FALSE((*revoked)->Contains(ada_));

@@ -45,6 +45,8 @@ class FakeCoordinator : public v1::Coordinator::Service {
   v1::Scene scene;
   std::string store_uri = "s3://somewhere";
   bool submit_existed = false;
+  std::vector<v1::WaitingJobs> unservable;  // Of a submit.
+  std::string page_url = "http://0.0.0.0:7080/#code=abc";
   int64_t retried_jobs = 0;
   std::function<void(FakeCoordinator&)> on_get_study = [](FakeCoordinator&) {};
 
@@ -59,6 +61,13 @@ class FakeCoordinator : public v1::Coordinator::Service {
     submitted.push_back(*request);
     reply->set_study_id(studies.empty() ? 1 : studies.back().study_id());
     reply->set_existed(submit_existed);
+    *reply->mutable_unservable() = {unservable.begin(), unservable.end()};
+    return grpc::Status::OK;
+  }
+  grpc::Status OpenPage(grpc::ServerContext*, const v1::OpenPageRequest*,
+                        v1::OpenPageReply* reply) override {
+    std::lock_guard lock(mutex_);
+    reply->set_url(page_url);
     return grpc::Status::OK;
   }
   grpc::Status ListStudies(grpc::ServerContext*, const v1::ListStudiesRequest* request,

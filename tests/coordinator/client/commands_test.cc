@@ -83,7 +83,15 @@ TEST_F(CommandTest, UsageErrorsAreOneLineAndExitTwo) {
       {{"scene", "shwo"}, "did you mean `parallax scene show`?"},
       {{"cancel"}, "STUDY is required"},
       {{"run", "quickstart"}, "--out is required"},
-      {{"submit", "quickstart", "--pears", "3"}, "--pears"},
+      {{"submit", "quickstart", "--pears", "3"},
+       "`parallax submit` has no option --pears; did you mean --pairs?"},
+      {{"submit", "quickstart", "twice"}, "`parallax submit` takes no more arguments: twice"},
+      {{"submit", "quikstart"}, "quikstart: no such file, did you mean quickstart?"},
+      {{"catalogue", "Chiar"}, "family is called 'Chiar', did you mean Chair?"},
+      {{"table", dir_ + "/none"}, "/none: no such folder"},
+      {{"page", "--http", "https://127.0.0.1:7080"}, "wanted is HOST:PORT without a scheme"},
+      {{"submit", "quickstart", "--width", "320"},
+       "--width 320 alone makes pictures of 320 x 720 out of 1280 x 720: give --height 180"},
       {{"submit", "quickstart", "--pairs", "many"}, "many"},
       {{"submit", "quickstart", "--pairs", "0"}, "--pairs: 0 was given, at least 1 is needed"},
       {{"submit", "quickstart", "--scenes", "4611686018427387905", "--rigs", "4"},
@@ -205,6 +213,25 @@ TEST_F(CommandTest, ConfigCheckAndShow) {
   EXPECT_THAT(outcome.err, HasSubstr(bad + ":1"));
 }
 
+TEST_F(CommandTest, CheckAndPlanShowTheCameraAndWhatRunWouldMiss) {
+  const std::string file = WriteText("s.json",
+                                     "{\"study\": \"s\", \"pairs\": 2, \"variants\": [{\"name\": "
+                                     "\"a\"}], \"evaluate\": {\"benchmarks\": [\"kitti2015\"]}}");
+  for (const std::vector<std::string>& command :
+       std::vector<std::vector<std::string>>{{"config", "check", file}, {"plan", file}}) {
+    const Outcome outcome = RunCommand(command);
+    EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+    EXPECT_THAT(outcome.out,
+                HasSubstr("Camera: 1280x720 px, K fx 698.4 to 1229 fy 698.4 to 1229 cx "
+                          "640 cy 360 px, field of view 55 to 85 x "));
+    EXPECT_THAT(outcome.err, HasSubstr("note: `parallax run` would refuse this here: " + file +
+                                       ":1: evaluate.benchmarks: \"kitti2015\": "));
+  }
+  EXPECT_THAT(RunCommand({"config", "show", file}).out, HasSubstr("benchmarks: [kitti2015]"));
+  EXPECT_EQ(RunCommand({"run", file, "--out", dir_ + "/out"}).exit_code, kExitUsage);
+  EXPECT_FALSE(fs::exists(dir_ + "/out"));
+}
+
 TEST_F(CommandTest, AFileWithNothingInItGetsOneVerdict) {
   for (const char* text : {"", "# nothing\n\n  # yet\n"}) {
     const std::string file = WriteText("empty.yaml", text);
@@ -240,7 +267,10 @@ TEST_F(CommandTest, RunRefusesATrainerThatItsWorkersMayNotRun) {
   EXPECT_THAT(run({"--allow-trainers", "builtin,nope"}), StartsWith(where + ": name the folder"));
   EXPECT_THAT(run({"--allow-trainers", "nope", "--trainers", dir_}),
               StartsWith(where + ": no such file " + dir_ + "/nope.yaml"));
-  WriteText("nope.yaml", "x");
+  WriteText("nope.yaml",
+            "trainer: nope\nlayout: archive\ntrain: [/bin/true, '{data}', '{seed}', '{steps}']\n"
+            "predict: [/bin/true, '{checkpoint}', '{list}']\nprogress: json\nsteps: 3\n"
+            "leaves: {checkpoints: c-*.pt, final: final.pt}\n");
   setenv("PARALLAX_WORKER", (dir_ + "/gone").c_str(), 1);
   EXPECT_THAT(run({"--allow-trainers", "nope", "--trainers", dir_}), HasSubstr(dir_ + "/gone"))
       << "the trainer may run";
@@ -258,17 +288,15 @@ TEST_F(CommandTest, RunRefusesAFolderInsideOfADataset) {
   EXPECT_FALSE(fs::exists(dir_ + "/tiny/new"));
 }
 
-TEST_F(CommandTest, PictureFoldersAreCountedFromTheRoot) {
+TEST_F(CommandTest, FoldersThatAreNowhereAreRefused) {
   const std::string study = WriteText("s.yaml",
                                       "study: s\npairs: 2\nvariants:\n  - name: a\n"
                                       "    set: {materials: {picture_dir: nowhere/posters}}\n");
   const Outcome run = RunCommand({"run", study, "--out", dir_ + "/out"});
   EXPECT_EQ(run.exit_code, kExitUsage);
-  EXPECT_EQ(
-      run.err,
-      "error: variant a: materials.picture_dir: no such folder /nowhere/posters; `run` counts "
-      "these paths from /: home/ada/own stands for /home/ada/own, and its option "
-      "--picture-dir takes any folder\n");
+  EXPECT_EQ(run.err,
+            "error: variant a: materials.picture_dir: no such folder /nowhere/posters, and none of "
+            "this path beside the study's file\n");
   EXPECT_FALSE(fs::exists(dir_ + "/out"));
   const Outcome submitted = Run({"submit", study});
   EXPECT_EQ(submitted.exit_code, kExitUsage);

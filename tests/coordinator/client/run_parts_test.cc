@@ -6,15 +6,21 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "common/base/system/file.h"
 #include "common/config/config.h"
+#include "coordinator/client/connection.h"
+#include "coordinator/client/content/machine_check.h"
 #include "coordinator/client/content/study_options.h"
 #include "coordinator/client/exit_code.h"
 #include "coordinator/client/interrupt.h"
 #include "coordinator/client/runs/embedded_coordinator.h"
 #include "coordinator/client/runs/embedded_run.h"
+#include "coordinator/client/runs/shared_store.h"
 #include "coordinator/client/views/run_report.h"
 
 namespace parallax::client {
@@ -40,26 +46,118 @@ TEST(DiskErrors, AreToldFromThoseOfTheWork) {
   }
 }
 
-TEST(Benchmarks, AStudyOfSomeThatAreNotHereIsToldSoBeforeItRenders) {
-  v1::StudySpec study;
-  EXPECT_TRUE(CheckBenchmarksAreHere(study, "").ok()) << "it evaluates nothing";
-  study.mutable_evaluate()->add_benchmarks("eth3d");
-  const absl::Status no_folder = CheckBenchmarksAreHere(study, "");
-  EXPECT_EQ(ExitCodeOf(no_folder), kExitUsage) << no_folder;
-  EXPECT_THAT(no_folder.ToString(), HasSubstr("(see --benchmarks): eth3d"));
-  EXPECT_THAT(CheckBenchmarksAreHere(study, testing::TempDir()).ToString(),
-              HasSubstr("two_view_training"));
+// What a machine lacks for the study in `text`; its worker is there.
+std::vector<std::string> Missing(const std::string& text, const MachineOptions& options = {},
+                                 const std::string& gpu = "/nowhere/nvidia0") {
+  const std::string file = testing::TempDir() + "/machine.yaml";
+  std::ofstream(file) << text;
+  const auto study = LoadStudy(file);
+  EXPECT_TRUE(study.ok()) << study.status();
+  setenv("PARALLAX_WORKER", "/bin/true", 1);
+  std::vector<std::string> missing = WhatIsMissing(*study, file, options, gpu);
+  unsetenv("PARALLAX_WORKER");
+  const std::string dir = testing::TempDir() + "/";
+  for (std::string& text : missing) {
+    if (text.starts_with(dir)) text.erase(0, dir.size());
+  }
+  return missing;
 }
 
-TEST(Gpu, AStudyThatNeedsOneIsToldSoWhereThereIsNone) {
-  const auto study = ParseStudy(
-      "study: s\npairs: 1\nvariants: [{name: a}]\ntrain:\n  needs: {gpus: 1}\n", "s.yaml");
-  ASSERT_TRUE(study.ok()) << study.status();
-  const absl::Status none = CheckGpu(*study, "s.yaml", "/nowhere/nvidia0");
-  EXPECT_EQ(ExitCodeOf(none), kExitUsage) << none;
-  EXPECT_THAT(none.ToString(), HasSubstr("s.yaml:5: train.needs.gpus: 1, but this machine has no"));
-  EXPECT_TRUE(CheckGpu(*study, "s.yaml", "/dev/null").ok());
-  EXPECT_TRUE(CheckGpu(v1::StudySpec(), "s.yaml", "/nowhere/nvidia0").ok());
+TEST(Machine, WhatAStudyNeedsAndIsNotHereIsSaidWithItsRemedy) {
+  const std::string head = "study: s\npairs: 1\nvariants: [{name: a}]\n";
+  EXPECT_THAT(Missing(head), testing::IsEmpty());
+  EXPECT_THAT(Missing(head + "evaluate: {benchmarks: [eth3d]}\n"),
+              testing::ElementsAre(testing::AllOf(
+                  HasSubstr("machine.yaml:4: evaluate.benchmarks: \"eth3d\": eth3d: the folder of"),
+                  HasSubstr("by --benchmarks or $PARALLAX_BENCHMARKS"))));
+  EXPECT_THAT(
+      Missing(head + "evaluate: {benchmarks: [eth3d]}\n", {.benchmarks_dir = testing::TempDir()}),
+      testing::ElementsAre(HasSubstr("two_view_training")));
+  EXPECT_THAT(Missing(head + "train: {trainer: raftstereo}\n"),
+              testing::ElementsAre(
+                  "machine.yaml:4: train.trainer: \"raftstereo\" may not run here, did you mean "
+                  "raft-stereo? Allowed by --allow-trainers: builtin"));
+  setenv("PARALLAX_TRAINER", "/nowhere/trainer", 1);
+  EXPECT_THAT(Missing(head + "train: {steps: 3}\n"),
+              testing::ElementsAre(HasSubstr("machine.yaml: train.trainer: $PARALLAX_TRAINER: ")));
+  setenv("PARALLAX_TRAINER", "/bin/true", 1);
+  EXPECT_THAT(Missing(head + "train: {steps: 3}\n"), testing::IsEmpty());
+  const std::string gpu = head + "train:\n  needs: {gpus: 1}\n";
+  EXPECT_THAT(Missing(gpu), testing::ElementsAre(HasSubstr(
+                                "machine.yaml:5: train.needs.gpus: 1, but this machine has no")));
+  EXPECT_THAT(Missing(gpu, {}, "/dev/null"), testing::IsEmpty());
+  unsetenv("PARALLAX_TRAINER");
+}
+
+TEST(LocalStore, IsTheDatasetsOwnUnlessTheUserSharesOne) {
+  std::string dir = testing::TempDir() + "/stores-XXXXXX";
+  ASSERT_NE(mkdtemp(dir.data()), nullptr);
+  const std::string one = dir + "/one/.parallax", two = dir + "/two/.parallax";
+  fs::create_directories(one);
+  fs::create_directories(two);
+  setenv("XDG_CACHE_HOME", (dir + "/cache").c_str(), 1);
+  unsetenv("PARALLAX_STORE");
+  EXPECT_EQ(*ChooseStore("", one), one);
+  EXPECT_THAT(DescribeUsersStore(), HasSubstr("in the dataset's own folder"));
+  std::ofstream(one + "/queue.db") << "x";  // It began there.
+  fs::create_directories(dir + "/cache/parallax/store");
+  EXPECT_EQ(*ChooseStore("", one), one);
+  EXPECT_EQ(*ChooseStore("", two), dir + "/cache/parallax/store");
+  EXPECT_THAT(DescribeUsersStore(), testing::StartsWith(dir + "/cache/parallax/store"));
+  setenv("PARALLAX_STORE", (dir + "/shared").c_str(), 1);
+  EXPECT_EQ(*ChooseStore("", two), dir + "/cache/parallax/store") << "the folder knows its store";
+  EXPECT_EQ(*ChooseStore(dir + "/other/", two), dir + "/other");
+  EXPECT_EQ(StoreOf(two), dir + "/other");
+  const auto first = FolderLock::Take(dir + "/other", "the store", "or not");
+  ASSERT_TRUE(first.ok()) << first.status();
+  EXPECT_THAT(FolderLock::Take(dir + "/other", "the store", "or not").status().ToString(),
+              HasSubstr("the store is in use by another parallax (process "));
+  unsetenv("PARALLAX_STORE");
+  unsetenv("XDG_CACHE_HOME");
+  fs::remove_all(dir);
+}
+
+// ---- view --page
+std::map<std::string, fs::file_time_type> FilesBelow(const std::string& dir) {
+  std::map<std::string, fs::file_time_type> files;
+  for (const auto& entry : fs::recursive_directory_iterator(dir)) {
+    files[entry.path()] = entry.last_write_time();
+  }
+  return files;
+}
+
+TEST(ViewPage, ServesTheFolderOfARunAndWritesNothingThere) {
+  std::string dir = testing::TempDir() + "parallax-view-test-XXXXXX";
+  ASSERT_NE(mkdtemp(dir.data()), nullptr);
+  EXPECT_EQ(EmbeddedCoordinator::StartToView(dir).status().code(), absl::StatusCode::kNotFound);
+  {
+    const auto run = EmbeddedCoordinator::Start(dir);
+    ASSERT_TRUE(run.ok()) << run.status();
+    const auto address = AddressOfRun(dir);
+    ASSERT_TRUE(address.ok()) << address.status();
+    EXPECT_EQ(*address, (*run)->address());
+    const auto connection = Connection::Open(*address);
+    ASSERT_TRUE(connection.ok()) << connection.status();
+    const auto link = (*connection)->OpenPage();
+    ASSERT_TRUE(link.ok()) << link.status();
+    EXPECT_THAT(*link, HasSubstr("http://127.0.0.1:"))
+        << "the run serves the page when it is asked";
+    EXPECT_THAT(*link, HasSubstr("/#code="));
+  }
+  EXPECT_EQ(AddressOfRun(dir).status().code(), absl::StatusCode::kNotFound);
+  // A run that was killed leaves the note of its socket behind.
+  ASSERT_TRUE(WriteFile(dir + "/socket", dir + "/parallax-gone").ok());
+  EXPECT_EQ(AddressOfRun(dir).status().code(), absl::StatusCode::kNotFound);
+  const auto before = FilesBelow(dir);
+  {
+    const auto view = EmbeddedCoordinator::StartToView(dir);
+    ASSERT_TRUE(view.ok()) << view.status();
+    const auto link = (*view)->ServePage("127.0.0.1:0");
+    ASSERT_TRUE(link.ok()) << link.status();
+    EXPECT_THAT(*link, HasSubstr("/#code="));
+  }
+  EXPECT_EQ(FilesBelow(dir), before);
+  fs::remove_all(dir);
 }
 
 TEST(EmbeddedRun, GoesOnWithAStudyThatWasCancelled) {

@@ -76,6 +76,60 @@ TEST_F(CommandTest, SubmittingTheSameStudyAgainSaysSo) {
   EXPECT_EQ(json["state"], "running");
 }
 
+v1::WaitingJobs WaitingFor(const std::string& reason, const std::string& text, int64_t jobs) {
+  v1::WaitingJobs waiting;
+  waiting.set_kind("train");
+  waiting.set_jobs(jobs);
+  waiting.set_reason(reason);
+  waiting.set_text(text);
+  return waiting;
+}
+
+TEST_F(CommandTest, SubmitNotesTheJobsThatNoKnownWorkerCouldRun) {
+  coordinator_.unservable = {WaitingFor("trainer", "no connected worker has it", 0)};
+  const Outcome outcome = Run({"submit", "quickstart"});
+  EXPECT_EQ(outcome.exit_code, kExitOk);
+  EXPECT_EQ(outcome.out, "1\n") << "the id alone, for scripts";
+  EXPECT_THAT(outcome.err, HasSubstr("its train jobs will wait: no connected worker has it"));
+  coordinator_.unservable = {WaitingFor("no_worker", "no worker is connected", 0)};
+  EXPECT_THAT(Run({"submit", "quickstart"}).err,
+              HasSubstr("its jobs will wait: no worker is connected"));
+  EXPECT_EQ(RunJson({"submit", "quickstart"})["unservable"][0]["reason"], "no_worker");
+}
+
+TEST_F(CommandTest, StatusAndJobsSayWhyReadyJobsDoNotRun) {
+  coordinator_.studies = {Baseline()};
+  *coordinator_.studies[0].add_waiting() =
+      WaitingFor("trainer", "no connected worker has the trainer x", 4);
+  EXPECT_THAT(Run({"status", "baseline"}).out,
+              HasSubstr("4 train jobs wait: no connected worker has the trainer x\n"));
+  EXPECT_THAT(Run({"status"}).out, HasSubstr("4 trainer"));
+  const Json waiting = RunJson({"status", "baseline"})["waiting"][0];
+  EXPECT_EQ(waiting["kind"], "train");
+  EXPECT_EQ(waiting["jobs"], 4);
+  EXPECT_EQ(waiting["reason"], "trainer");
+  v1::JobStatus job;
+  job.set_job_id(7);
+  job.set_kind("train");
+  job.set_state("READY");
+  job.set_label("narrow, seed 0");
+  job.set_waits_reason("trainer");
+  job.set_waits_text("no connected worker has the trainer x");
+  coordinator_.jobs = {job};
+  EXPECT_THAT(Run({"jobs", "baseline"}).out,
+              HasSubstr("narrow, seed 0: no connected worker has the trainer x"));
+  EXPECT_EQ(RunJson({"jobs", "baseline"})["jobs"][0]["waits_reason"], "trainer");
+}
+
+TEST_F(CommandTest, APageLinkNamesAnAddressThatThisMachineReaches) {
+  const std::string host = coordinator_.address().substr(0, coordinator_.address().find(':'));
+  EXPECT_EQ(Run({"page"}).out, "http://" + host + ":7080/#code=abc\n");
+  EXPECT_EQ(Run({"page", "--http", "farm.example.org:443"}).out,
+            "http://farm.example.org:443/#code=abc\n");
+  coordinator_.page_url = "http://127.0.0.1:7080/#code=abc";
+  EXPECT_EQ(RunJson({"page"})["link"], "http://127.0.0.1:7080/#code=abc");
+}
+
 TEST_F(CommandTest, BadStudiesNameFileAndLine) {
   const std::string unknown = WriteText(
       "unknown.yaml", "study: s\npairs: 2\nvariants:\n  - name: a\n    set: {rigs: {colour: 1}}\n");

@@ -4,7 +4,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <httplib.h>
 #include <stdlib.h>
 
 #include <filesystem>
@@ -20,6 +19,7 @@
 #include "coordinator/init.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
+#include "tests/coordinator/http/browser.h"
 #include "tests/coordinator/queue/queue_fixture.h"
 
 namespace parallax {
@@ -78,23 +78,21 @@ class HttpTest : public testing::Test {
     return std::stoi(address.substr(address.rfind(':') + 1));
   }
 
-  std::unique_ptr<httplib::Client> Client() const {
-    return std::make_unique<httplib::Client>("127.0.0.1", Port());
+  std::unique_ptr<Browser> Client() const {
+    return std::make_unique<Browser>("http://127.0.0.1:" + std::to_string(Port()));
   }
   // Empty: a stranger.
-  std::unique_ptr<httplib::SSLClient> TlsClient(const std::string& party) const {
-    auto client = party.empty()
-                      ? std::make_unique<httplib::SSLClient>("127.0.0.1", Port())
-                      : std::make_unique<httplib::SSLClient>(
-                            "127.0.0.1", Port(), Tls(party) + "/tls.crt", Tls(party) + "/tls.key");
-    client->set_ca_cert_path((Tls("server") + "/ca.crt").c_str());
-    client->enable_server_certificate_verification(true);
-    return client;
+  std::unique_ptr<Browser> TlsClient(const std::string& party) const {
+    HttpFarm farm{.ca_file = Tls("server") + "/ca.crt"};
+    if (!party.empty()) {
+      farm.certificate_file = Tls(party) + "/tls.crt";
+      farm.key_file = Tls(party) + "/tls.key";
+    }
+    return std::make_unique<Browser>("https://127.0.0.1:" + std::to_string(Port()), farm);
   }
 
-  template <typename C>
-  static nlohmann::json Json(C& client, const std::string& path, int status = 200,
-                             const httplib::Headers& headers = {}) {
+  static nlohmann::json Json(const Browser& client, const std::string& path, int status = 200,
+                             const Browser::Headers& headers = {}) {
     const auto answer = client.Get(path, headers);
     EXPECT_TRUE(answer) << path;
     if (!answer) return {};
@@ -102,13 +100,12 @@ class HttpTest : public testing::Test {
     return nlohmann::json::parse(answer->body, nullptr, false);
   }
   // Posts as the page does, with the CSRF header from /api/v1/me.
-  template <typename C>
-  static httplib::Result Post(C& client, const std::string& path, const std::string& body = "{}",
-                              httplib::Headers headers = {}) {
+  static Browser::Result Post(const Browser& client, const std::string& path,
+                              const std::string& body = "{}", Browser::Headers headers = {}) {
     const auto me = client.Get("/api/v1/me", headers);
     const nlohmann::json json = nlohmann::json::parse(me ? me->body : "", nullptr, false);
     if (json.is_object()) headers.emplace("X-Parallax-Csrf", json.value("csrf", std::string()));
-    return client.Post(path, headers, body, "application/json");
+    return client.Post(path, body, headers);
   }
 
   int64_t Submit(const StudyOptions& options = {}, const std::string& actor = "tester") {

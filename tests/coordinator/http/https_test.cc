@@ -1,7 +1,7 @@
 // The page on other addresses than loopback.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <httplib.h>
+#include <openssl/evp.h>
 #include <stdlib.h>
 
 #include <filesystem>
@@ -12,6 +12,7 @@
 #include "coordinator/init.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
+#include "tests/coordinator/http/browser.h"
 
 namespace parallax {
 namespace {
@@ -19,6 +20,15 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
+
+std::string Base64(const std::string& text) {
+  std::string code(4 * ((text.size() + 2) / 3) + 1, '\0');
+  EVP_EncodeBlock(reinterpret_cast<unsigned char*>(code.data()),
+                  reinterpret_cast<const unsigned char*>(text.data()),
+                  static_cast<int>(text.size()));
+  code.pop_back();
+  return code;
+}
 
 class HttpsTest : public testing::Test {
  protected:
@@ -54,12 +64,11 @@ TEST_F(HttpsTest, OtherMachinesNeedTheTokenForAllButABareHealthAndThePagesFiles)
   ASSERT_TRUE(http.ok()) << http.status();
   EXPECT_EQ((*http)->url().rfind("https://0.0.0.0:", 0), 0u);
   const std::string address = (*http)->address();
-  httplib::SSLClient client("127.0.0.1", std::stoi(address.substr(address.rfind(':') + 1)));
-  client.set_ca_cert_path((directory_ + "/tls/server/ca.crt").c_str());
-  client.enable_server_certificate_verification(true);
+  const Browser client("https://127.0.0.1" + address.substr(address.rfind(':')),
+                       {.ca_file = directory_ + "/tls/server/ca.crt"});
   for (const char* page : {"/metrics", "/nowhere"}) {
     const auto refused = client.Get(page);
-    ASSERT_TRUE(refused) << page << " " << static_cast<int>(refused.error());
+    ASSERT_TRUE(refused) << page;
     EXPECT_EQ(refused->status, 401) << page;
     EXPECT_THAT(refused->get_header_value("WWW-Authenticate"), HasSubstr("Basic"));
     EXPECT_THAT(refused->body, HasSubstr("http.token"));
@@ -71,14 +80,14 @@ TEST_F(HttpsTest, OtherMachinesNeedTheTokenForAllButABareHealthAndThePagesFiles)
 
   std::string token = *ReadFile(directory_ + "/tls/server/http.token");
   token.pop_back();  // The line's end.
-  const auto get = [&client](const char* page, const httplib::Headers& headers) {
+  const auto get = [&client](const char* page, const Browser::Headers& headers) {
     const auto answer = client.Get(page, headers);
     return answer ? answer->status : -1;
   };
   EXPECT_EQ(get("/metrics", {{"Authorization", "Bearer " + token}}), 200);
   EXPECT_EQ(get("/", {}), 200);
   EXPECT_EQ(get("/api/v1/farm", {}), 401);
-  EXPECT_EQ(get("/api/v1/farm", {httplib::make_basic_authentication_header("me", token)}), 200);
+  EXPECT_EQ(get("/api/v1/farm", {{"Authorization", "Basic " + Base64("me:" + token)}}), 200);
   EXPECT_EQ(get("/metrics", {{"Authorization", "Bearer " + token + "x"}}), 401);
   EXPECT_EQ(get("/metrics", {{"Authorization", "Bearer "}}), 401);
   EXPECT_EQ(get("/metrics", {{"Authorization", "Basic ####"}}), 401);

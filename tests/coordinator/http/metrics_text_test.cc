@@ -38,6 +38,11 @@ StatusSnapshot Example() {
   v1::StudyStatus& study = snapshot.studies.emplace_back();
   study.set_study_id(9);
   study.set_name("odd \"name\"\n");
+  v1::WaitingJobs& waiting = *study.add_waiting();
+  waiting.set_kind("train");
+  waiting.set_jobs(4);
+  waiting.set_reason("trainer");
+  *study.add_waiting() = waiting;
   study.add_variants()->set_name("narrow");
   study.mutable_variants(0)->set_pairs_done(11);
   study.mutable_variants(0)->set_pairs_wanted(20);
@@ -54,6 +59,7 @@ TEST(MetricsText, HasASampleForEachThingWorthWatching) {
            "parallax_info{version=\"1.2.3\",schema_version=\"0\"} 1",
            "parallax_jobs{kind=\"solve\",state=\"READY\"} 3",
            "parallax_jobs{kind=\"render\",state=\"LEASED\"} 2",
+           "parallax_jobs_waiting{kind=\"train\",reason=\"trainer\"} 8",
            "parallax_commit_seconds_total 0.25",
            "parallax_checkpoints_total 7",
            "parallax_checkpoint_seconds_total 0.125",

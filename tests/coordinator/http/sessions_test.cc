@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "coordinator/http/credentials.h"
+#include "coordinator/http/server/credentials.h"
 #include "coordinator/queue/reads/farm_history.h"
 #include "tests/coordinator/queue/queue_fixture.h"
 
@@ -39,6 +39,36 @@ TEST(Sessions, CodesAndSessionsEndByThemselves) {
   EXPECT_FALSE(sessions.Find(session));
 }
 
+TEST(Sessions, OneCallersSessionsEndOnlyItsOwn) {
+  FakeClock clock;
+  Sessions sessions(clock);
+  const std::string olgas = *sessions.Open(Olga());
+  const std::string link = *sessions.NewCode(Olga(), 600);
+  const RpcCaller viewer{.has_certificate = true, .name = "http.token", .role = Role::kReadOnly};
+  std::string newest, oldest = *sessions.Open(viewer);
+  for (int i = 0; i < 1500; ++i) {
+    clock.Advance(0.01);
+    newest = *sessions.Open(viewer);
+    ASSERT_TRUE(sessions.NewCode(viewer, 600).ok());
+  }
+  EXPECT_TRUE(sessions.Find(olgas));
+  EXPECT_TRUE(sessions.Find(newest));
+  EXPECT_FALSE(sessions.Find(oldest));
+  EXPECT_TRUE(sessions.Redeem(link).ok());
+}
+
+TEST(Sessions, CallersTogetherAreBounded) {
+  FakeClock clock;
+  Sessions sessions(clock);
+  std::string first;
+  for (int i = 0; i < 1200; ++i) {
+    const auto opened = sessions.Open({.has_certificate = true, .name = std::to_string(i % 400)});
+    if (i == 0) first = *opened;
+    clock.Advance(0.01);
+  }
+  EXPECT_FALSE(sessions.Find(first));
+}
+
 TEST(Sessions, ThousandsOfThemPushTheOldestOut) {
   FakeClock clock;
   Sessions sessions(clock);
@@ -61,13 +91,33 @@ TEST(Credentials, AreReadFromHeaders) {
   EXPECT_EQ(CookieIn("", "a"), "");
 }
 
-TEST(Credentials, OnlyNamesOfThisMachineAreItsOwn) {
-  for (const char* host : {"localhost", "localhost:7080", "127.0.0.1:7080", "[::1]:7080"}) {
-    EXPECT_TRUE(IsLoopbackHost(host)) << host;
+TEST(Credentials, HostsAreParsedWhole) {
+  const struct {
+    const char* header;
+    const char* host;  // Null: no host.
+  } cases[] = {{"localhost", "localhost"},
+               {"127.0.0.1:7080", "127.0.0.1"},
+               {"[::1]", "::1"},
+               {"[::1]:7080", "::1"},
+               {"[::1].evil.com", nullptr},
+               {"[::1]evil.com:80", nullptr},
+               {"::1", nullptr},
+               {"127.evil.com:80", "127.evil.com"},
+               {"", nullptr},
+               {":80", nullptr},
+               {"a:", nullptr},
+               {"a:b", nullptr},
+               {"a:99999", nullptr},
+               {"a,b:80", nullptr},
+               {"a b", nullptr}};
+  for (const auto& c : cases) {
+    const auto host = HostIn(c.header);
+    EXPECT_EQ(host.has_value(), c.host != nullptr) << c.header;
+    if (host) EXPECT_STREQ(host->c_str(), c.host) << c.header;
   }
-  for (const char* host : {"", "evil.example:7080", "localhost.evil.example", "[::2]:80"}) {
-    EXPECT_FALSE(IsLoopbackHost(host)) << host;
-  }
+  EXPECT_TRUE(IsOwnName("farm"));
+  EXPECT_FALSE(IsOwnName("farm.evil.com"));
+  EXPECT_FALSE(IsOwnName("::2"));
 }
 
 TEST(History, KeepsOneSampleAMinuteOfTheLastDay) {

@@ -2,6 +2,7 @@
 #include <set>
 
 #include "common/base/names.h"
+#include "common/base/rng.h"
 #include "queue_fixture.h"
 
 namespace parallax {
@@ -53,6 +54,30 @@ TEST_F(JobFailuresTest, AResultThatIsNotTheJobsIsRefusedAndCountsAsAFailure) {
       {"no SHA-256",
        [](auto& r) {
          EditRender(r, [](auto& x) { x.mutable_frames(0)->mutable_files(0)->set_sha256("ab"); });
+       }},
+      {"statistics depth_m of nan",
+       [](auto& r) {
+         EditRender(r, [](auto& x) {
+           (*x.mutable_frames(0)->mutable_statistics())["depth_m"] = std::nan("");
+         });
+       }},
+      {"statistics with a name that is none",
+       [](auto& r) {
+         EditRender(r, [](auto& x) {
+           (*x.mutable_frames(0)->mutable_statistics())[std::string(100'000, 'a')] = 1;
+         });
+       }},
+      {"2000 statistics, allowed are at most 64",
+       [](auto& r) {
+         EditRender(r, [](auto& x) {
+           for (int i = 0; i < 2000; ++i) {
+             (*x.mutable_frames(0)->mutable_statistics())["s" + std::to_string(i)] = i;
+           }
+         });
+       }},
+      {"seconds of stages trace of -1",
+       [](auto& r) {
+         EditRender(r, [](auto& x) { (*x.mutable_frames(0)->mutable_stage_s())["trace"] = -1; });
        }},
       {"negative size",
        [](auto& r) {
@@ -210,97 +235,171 @@ TEST_F(JobFailuresTest, DifferentFingerprintsDoNotQuarantine) {
   EXPECT_EQ(Jobs(study, "solve", "RETRY_WAIT"), 1);
 }
 
-TEST_F(JobFailuresTest, ThreeWorkersLostWhileTheyHeldItQuarantine) {
-  const StudyId study = Submit({.pairs = 2});
-  for (const char* name : {"w", "v", "u"}) {
-    EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 0);
-    LeaseOne(AnyWorker(name));
-    EXPECT_EQ(*queue_->WorkerLost(name), 1);
+// Leases to `others` workers, which live on, while each worker that takes `job` is lost with it.
+// Returns after how many losses the job was blamed; -1 if it was not after `most`.
+class LossesTest : public JobFailuresTest {
+ protected:
+  static WorkerFacts On(const std::string& machine, const std::string& name) {
+    WorkerFacts worker = AnyWorker(name);
+    worker.machine = machine;
+    return worker;
   }
+  int LossesUntilBlamed(StudyId study, int others, int most) {
+    int64_t job = 0;
+    for (int loss = 0; loss < most; ++loss) {
+      const std::string victim = "victim-" + std::to_string(loss);
+      const v1::Lease lease = LeaseOne(Solver(victim));
+      if (job == 0) job = lease.attempt().job_id();
+      EXPECT_EQ(lease.attempt().job_id(), job);
+      for (int i = 0; i < others; ++i) {
+        const WorkerFacts worker = Solver("other-" + std::to_string(i));
+        for (const v1::Lease& own : Lease(worker)) Complete(Answer(own, worker.name));
+      }
+      clock_.Advance(1);
+      EXPECT_EQ(*queue_->WorkerLost(victim), 1);
+      if (Jobs(study, "solve", "QUARANTINED") == 1) return loss + 1;
+    }
+    return -1;
+  }
+};
+
+TEST_F(LossesTest, AJobThatLosesWorkerAfterWorkerWhileManyLiveIsQuarantined) {
+  const StudyId study = Submit({.pairs = 400});
+  EXPECT_EQ(LossesUntilBlamed(study, 40, 20), 5);
   EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 1);
-  EXPECT_EQ(Jobs(study, "solve", "READY"), 1);  // The next seed.
+  const std::string error = ListJobs(study, "QUARANTINED").front().error();
+  EXPECT_THAT(error, HasSubstr("worker victim-4 was lost; it is the job: 5 workers were lost"));
 }
 
-TEST_F(JobFailuresTest, WhereWorkersAreLostWithoutItTooThreeSayNothingAgainstAJob) {
+TEST_F(LossesTest, TheFewerLiveTheMoreLossesItTakes) {
+  const StudyId study = Submit({.pairs = 400});
+  const int losses = LossesUntilBlamed(study, 3, 50);
+  EXPECT_GE(losses, 9);
+  EXPECT_LE(losses, 14);
+}
+
+TEST_F(LossesTest, WhereNobodyElseLivesNothingIsProved) {
   const StudyId study = Submit({.pairs = 4});
-  const v1::Lease first = LeaseOne(AnyWorker("w"));
-  LeaseOne(AnyWorker("bystander"));
-  EXPECT_EQ(*queue_->WorkerLost("w"), 1);
-  clock_.Advance(1);
-  EXPECT_EQ(*queue_->WorkerLost("bystander"), 1);
-  for (int i = 1; i < 10; ++i) {
+  EXPECT_EQ(LossesUntilBlamed(study, 0, 60), -1);
+}
+
+TEST_F(LossesTest, OneMachineOfManyProvesNothingAgainstAJob) {
+  const StudyId study = Submit({.pairs = 400});
+  for (int i = 0; i < 40; ++i) Lease(On("host-" + std::to_string(i), "w" + std::to_string(i)));
+  for (int loss = 0; loss < 30; ++loss) {
+    const std::string name = "bad-" + std::to_string(loss);
+    LeaseOne(On("bad-host", name));
     clock_.Advance(1);
-    EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 0) << i;
-    const std::string name = "v" + std::to_string(i);
-    EXPECT_EQ(LeaseOne(AnyWorker(name)).attempt().job_id(), first.attempt().job_id());
     EXPECT_EQ(*queue_->WorkerLost(name), 1);
   }
-  EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 1) << "the cap of ten losses holds";
+  EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 0);
 }
 
-TEST_F(JobFailuresTest, OfTwoJobsThatLoseWorkersTogetherTheOneThatGoesOnIsQuarantined) {
-  const StudyId study = Submit({.pairs = 4});
+TEST_F(LossesTest, WhereWorkersAreKilledAllTheTimeNoJobIsBlamed) {
+  const StudyId study = Submit({.pairs = 40});
+  Rng rng(SceneSeed{7}, "test/losses");
+  for (int i = 0; i < 4; ++i) Lease(AnyWorker("w" + std::to_string(i)));
+  for (int kill = 0; kill < 400; ++kill) {
+    clock_.Advance(rng.Uniform(0.1, 2));
+    const std::string name = "w" + std::to_string(rng.UniformInt(0, 3));
+    ASSERT_TRUE(queue_->WorkerLost(name).ok());
+    clock_.Advance(31);  // Past the time for which its job is left to others.
+    Lease(AnyWorker(name));
+    EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 0) << kill;
+  }
+}
+
+TEST_F(LossesTest, OfTwoJobsThatAreAlwaysLostTogetherNoneIsBlamed) {
+  const StudyId study = Submit({.pairs = 400});
+  for (int i = 0; i < 40; ++i) Lease(AnyWorker("other-" + std::to_string(i)));
   v1::Lease guilty, innocent;
-  for (const char* name : {"w", "v", "u"}) {
+  for (int loss = 0; loss < 8; ++loss) {
+    const std::string name = "victim-" + std::to_string(loss);
     guilty = LeaseOne(AnyWorker(name));
     innocent = LeaseOne(AnyWorker(name));
+    clock_.Advance(1);
     EXPECT_EQ(*queue_->WorkerLost(name), 2);
     EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 0) << name;
-    clock_.Advance(1);
   }
-  const v1::Lease alone = LeaseOne(AnyWorker("t"));
-  const v1::Lease apart = LeaseOne(AnyWorker("s"));
-  EXPECT_EQ(alone.attempt().job_id(), guilty.attempt().job_id());
-  EXPECT_EQ(apart.attempt().job_id(), innocent.attempt().job_id());
-  EXPECT_EQ(*queue_->WorkerLost("t"), 1);
-  EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 1);
+  // Apart, it is known which of them it is.
+  EXPECT_EQ(LeaseOne(AnyWorker("t")).attempt().job_id(), guilty.attempt().job_id());
+  EXPECT_EQ(LeaseOne(AnyWorker("s")).attempt().job_id(), innocent.attempt().job_id());
   clock_.Advance(1);
-  EXPECT_EQ(*queue_->WorkerLost("s"), 1);  // One was lost without it.
+  EXPECT_EQ(*queue_->WorkerLost("t"), 1);
   EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 1);
 }
 
-TEST_F(JobFailuresTest, CompanyNowAndThenDoesNotClearAJob) {
+TEST_F(LossesTest, DeathsOfTheCoordinatorStartTheCountAnew) {
+  const StudyId study = Submit({.pairs = 400});
+  for (int start = 0; start < 6; ++start) {
+    EXPECT_EQ(LossesUntilBlamed(study, 40, 4), -1);
+    Reopen();
+  }
+}
+
+TEST_F(LossesTest, WhatNobodyFailedIsInNoLedger) {
   const StudyId study = Submit({.pairs = 4});
-  LeaseOne(AnyWorker("w"));  // Guilty.
-  LeaseOne(AnyWorker("w"));
-  EXPECT_EQ(*queue_->WorkerLost("w"), 2);
-  clock_.Advance(1);
-  LeaseOne(AnyWorker("v"));
-  const v1::Lease innocent = LeaseOne(AnyWorker("elsewhere"));
-  EXPECT_EQ(*queue_->WorkerLost("v"), 1);
-  EXPECT_EQ(*queue_->HandBack("elsewhere", innocent.attempt(), "draining"), v1::REPORT_OUTCOME_OK);
-  clock_.Advance(1);
-  LeaseOne(AnyWorker("u"));
-  LeaseOne(AnyWorker("u"));
-  EXPECT_EQ(*queue_->WorkerLost("u"), 2);
-  EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 1);
+  const auto hand_back = [&] {
+    ASSERT_EQ(*queue_->HandBack("w", LeaseOne(AnyWorker("w")).attempt(), "draining"),
+              v1::REPORT_OUTCOME_OK);
+  };
+  const auto leave = [&] {
+    LeaseOne(AnyWorker("w"));
+    EXPECT_EQ(*queue_->WorkerLeft("w"), 1);
+  };
+  const auto never_arrive = [&] {
+    LeaseOne(AnyWorker("w"));
+    ASSERT_TRUE(queue_->Adopt("w", {}, /*same_process=*/true).ok());
+  };
+  const auto die = [&] {
+    LeaseOne(AnyWorker("w"));
+    Reopen();
+    ASSERT_TRUE(queue_->Adopt("w", {}, /*same_process=*/false).ok());
+  };
+  for (int i = 0; i < 15; ++i) {
+    hand_back();
+    leave();
+    never_arrive();
+    die();
+  }
+  EXPECT_EQ(Jobs(study, "solve", "READY"), 2);
+  const v1::JobStatus job = ListJobs(study, "READY").front();
+  EXPECT_EQ(job.scene(), 0u);
+  WorkOff(AnyWorker("w"));
+  EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_SUCCEEDED);
 }
 
 TEST_F(JobFailuresTest, AWorkerThatWasAwayAndComesBackWasNotLostWithItsJob) {
-  const StudyId study = Submit({.pairs = 2});
-  for (int i = 0; i < 9; ++i) {
+  const StudyId study = Submit({.pairs = 400});
+  for (int i = 0; i < 40; ++i) Lease(AnyWorker("other-" + std::to_string(i)));
+  for (int i = 0; i < 20; ++i) {
     const std::string name = "w" + std::to_string(i);
     LeaseOne(AnyWorker(name));
+    clock_.Advance(1);
     EXPECT_EQ(*queue_->WorkerLost(name), 1);
     ASSERT_TRUE(queue_->Adopt(name, {}, /*same_process=*/true).ok());
     EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 0) << i;
-    clock_.Advance(31);  // Past the time for which it is left to others.
   }
 }
 
-TEST_F(JobFailuresTest, LossesAreRetriedAtOnceAndNeverFailAJob) {
-  const StudyId study = Submit({.pairs = 2});
-  for (int i = 0; i < 9; ++i) {
-    const v1::Lease lease = LeaseOne(AnyWorker("w"));
-    EXPECT_EQ(lease.scene(), 0u);
-    const auto outcome = queue_->HandBack("w", lease.attempt(), "draining");
-    EXPECT_EQ(*outcome, v1::REPORT_OUTCOME_OK);
-    EXPECT_EQ(*queue_->HandBack("w", lease.attempt(), "draining"), v1::REPORT_OUTCOME_ALREADY_DONE);
-  }
-  EXPECT_EQ(Jobs(study, "solve", "READY"), 1);
-  *queue_->HandBack("w", LeaseOne(AnyWorker("w")).attempt(), "draining");
-  EXPECT_EQ(Jobs(study, "solve", "FAILED"), 0);
-  EXPECT_EQ(Jobs(study, "solve", "QUARANTINED"), 1);
+// The job is at work elsewhere when the worker that was away comes back.
+TEST_F(JobFailuresTest, ALossIsTakenBackWhateverBecameOfTheJob) {
+  Submit({.pairs = 2});
+  LeaseOne(AnyWorker("w"));
+  EXPECT_EQ(*queue_->WorkerLost("w"), 1);
+  const v1::Lease elsewhere = LeaseOne(AnyWorker("v"));
+  ASSERT_TRUE(queue_->Adopt("w", {}, /*same_process=*/true).ok());
+  ExpectSound();
+  EXPECT_EQ(*queue_->WorkerLost("v"), 1);
+  Fail(Failure(LeaseOne(AnyWorker("u")), "u", "boom"));
+  ASSERT_TRUE(queue_->Adopt("v", {}, /*same_process=*/true).ok());
+  ExpectSound();
+  clock_.Advance(600);
+  Tick();
+  LeaseOne(AnyWorker("w"));
+  EXPECT_EQ(*queue_->WorkerLost("w"), 1);
+  WorkOff(AnyWorker("u"));
+  ASSERT_TRUE(queue_->Adopt("w", {}, /*same_process=*/true).ok());
 }
 
 TEST_F(JobFailuresTest, AJobThatLostItsWorkerGoesElsewhereWhileThereIsAnElsewhere) {

@@ -287,6 +287,18 @@ TEST_F(JobQueueTest, TheSameIdempotencyKeyIsTheSameStudy) {
   EXPECT_THAT(*queue_->ListStudies(10), SizeIs(1));
 }
 
+TEST_F(JobQueueTest, AnIdempotencyKeyIsItsUsersOwn) {
+  const char* const ada = "submitter ada ipv4:10.0.0.7:1";
+  const auto adas = queue_->Submit(MakeStudy({.key = "k"}), ada);
+  const auto bobs = queue_->Submit(MakeStudy({.key = "k"}), "submitter bob ipv4:10.0.0.8:1");
+  ASSERT_TRUE(adas.ok() && bobs.ok()) << adas.status() << bobs.status();
+  EXPECT_FALSE(bobs->existed());
+  EXPECT_NE(adas->study_id(), bobs->study_id());
+  const auto again = queue_->Submit(MakeStudy({.key = "k"}), "submitter ada ipv4:10.0.0.9:2");
+  EXPECT_TRUE(again->existed());
+  EXPECT_EQ(again->study_id(), adas->study_id());
+}
+
 TEST_F(JobQueueTest, ABadSpecIsRefused) {
   EXPECT_EQ(queue_->Submit(MakeStudy({.variants = {"a", "a"}}), "t").status().code(),
             absl::StatusCode::kInvalidArgument);

@@ -12,7 +12,9 @@
 #include <vector>
 
 #include "common/config/frame_files.h"
+#include "coordinator/queue/database/database_file.h"
 #include "coordinator/queue/job_queue.h"
+#include "coordinator/queue/tables/ready_board.h"
 #include "tests/job_messages.h"
 
 namespace parallax {
@@ -175,6 +177,11 @@ class QueueTest : public testing::Test {
     const auto violations = queue_->Check();
     ASSERT_TRUE(violations.ok()) << violations.status();
     EXPECT_THAT(*violations, testing::IsEmpty());
+    const auto db = OpenReader(options_.db_path, options_.vfs);
+    ASSERT_TRUE(db.ok()) << db.status();
+    ReadyBoard counted;
+    ASSERT_TRUE(counted.Load(**db, *options_.kinds).ok());
+    EXPECT_EQ(queue_->ReadyGroups(), counted.Groups());
   }
 
   StudyId Submit(const StudyOptions& options = {}) {

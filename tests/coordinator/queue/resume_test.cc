@@ -41,6 +41,49 @@ class Resume : public TrainQueueTest {
   }
 };
 
+// Machines that may be taken away at any time: with notice, or without.
+TEST_F(Resume, ATrainingIsPreemptedForEverWhileItsStepGrows) {
+  const StudyId study = OneTraining();
+  MakePairs();
+  for (int i = 0; i < 40; ++i) ASSERT_TRUE(queue_->Adopt("w" + std::to_string(i), {}).ok());
+  for (int i = 1; i <= 50; ++i) {
+    const std::string name = "t" + std::to_string(i);
+    const v1::Lease lease = LeaseOne(Trainer(name));
+    v1::Progress progress;
+    *progress.mutable_attempt() = lease.attempt();
+    progress.set_fraction(0.9);
+    (*progress.mutable_figures())["step"] = i;
+    EXPECT_THAT(queue_->Heartbeat(name, {progress}), IsEmpty());
+    clock_.Advance(1);
+    if (i % 2 == 0) {
+      EXPECT_EQ(*queue_->HandBack(name, lease.attempt(), "preempted"), v1::REPORT_OUTCOME_OK);
+    } else {
+      EXPECT_EQ(*queue_->WorkerLost(name), 1);
+    }
+  }
+  TrainAll();
+  EXPECT_EQ(State(study), v1::STUDY_STATE_SUCCEEDED);
+}
+
+TEST_F(Resume, ATrainingThatKillsItsWorkersAtTheSameStepIsQuarantined) {
+  const StudyId study = OneTraining();
+  MakePairs();
+  for (int i = 0; i < 40; ++i) ASSERT_TRUE(queue_->Adopt("w" + std::to_string(i), {}).ok());
+  int losses = 0;
+  while (State(study) == v1::STUDY_STATE_RUNNING && losses < 20) {
+    const std::string name = "t" + std::to_string(++losses);
+    const v1::Lease lease = LeaseOne(Trainer(name));
+    v1::Progress progress;
+    *progress.mutable_attempt() = lease.attempt();
+    (*progress.mutable_figures())["step"] = 7;
+    EXPECT_THAT(queue_->Heartbeat(name, {progress}), IsEmpty());
+    clock_.Advance(1);
+    EXPECT_EQ(*queue_->WorkerLost(name), 1);
+  }
+  EXPECT_EQ(losses, 5);
+  EXPECT_THAT(States(study, "train"), ElementsAre("wide, seed 0: QUARANTINED"));
+}
+
 TEST_F(Resume, FoldersOfEarlierAttemptsStayUntilTheWorkIsDone) {
   OneTraining();
   MakePairs();

@@ -1,6 +1,8 @@
 // The file under the queue: who may open it, what it refuses to hold, what the auditor finds in it.
+#include <fcntl.h>
 #include <sqlite3.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <fstream>
@@ -41,6 +43,52 @@ TEST_F(StorageTest, ASecondCoordinatorIsRefused) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("open in another coordinator (process "));
   EXPECT_EQ(AuditDatabaseFile(options_.db_path).status().code(),
             absl::StatusCode::kFailedPrecondition);
+}
+
+// The same file under other names: a link, a link to its folder, a second name.
+TEST_F(StorageTest, TheLockIsOnTheFileAndNotOnItsName) {
+  const std::string file = options_.db_path;
+  std::filesystem::create_symlink(file, folder_ + "/link.db");
+  std::filesystem::create_directory_symlink(folder_, folder_ + "/again");
+  for (const char* name : {"/link.db", "/again/queue.db", "/second.db"}) {
+    options_.db_path = folder_ + name;
+    if (options_.db_path.ends_with("second.db")) {
+      std::filesystem::create_hard_link(file, options_.db_path);
+    }
+    EXPECT_EQ(OpenStatus().code(), absl::StatusCode::kFailedPrecondition) << name;
+    // In another process, which does not know what this one holds.
+    const pid_t child = fork();
+    if (child == 0) {
+      const auto lock = DatabaseLock::Acquire(options_.db_path);
+      _exit(absl::IsFailedPrecondition(lock.status()) ? 0 : 1);
+    }
+    int status = -1;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_EQ(status, 0) << name;
+  }
+  options_.db_path = file;
+  queue_.reset();
+  EXPECT_THAT(std::string(OpenStatus().message()), HasSubstr("has 2 names"));
+  std::filesystem::remove(folder_ + "/second.db");
+  Reopen();
+}
+
+TEST_F(StorageTest, ARefusedOpeningLeavesTheLocksOfTheFirst) {
+  const auto is_locked = [this] {
+    const pid_t child = fork();
+    if (child == 0) {
+      const int fd = open(options_.db_path.c_str(), O_RDWR);
+      struct flock lock {};
+      lock.l_type = F_WRLCK;
+      _exit(fd >= 0 && fcntl(fd, F_GETLK, &lock) == 0 && lock.l_type != F_UNLCK ? 0 : 1);
+    }
+    int status = -1;
+    return waitpid(child, &status, 0) == child && status == 0;
+  };
+  ASSERT_TRUE(is_locked());
+  std::filesystem::create_symlink(options_.db_path, folder_ + "/link.db");
+  EXPECT_FALSE(DatabaseLock::Acquire(folder_ + "/link.db").ok());
+  EXPECT_TRUE(is_locked());
 }
 
 TEST_F(StorageTest, NetworkFileSystemsAreKnownByTheirNumbers) {

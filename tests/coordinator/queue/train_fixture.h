@@ -63,7 +63,12 @@ inline v1::CompleteRequest TrainAnswer(const v1::Lease& lease, const std::string
   }
   result.set_loss(1.5);
   result.set_train_s(3);
-  result.set_pairs(4);
+  int64_t pairs = 0;
+  const v1::TrainJob job = TrainJobOf(lease);
+  for (const v1::FrameSet& part : job.parts()) {
+    for (const v1::FrameFolder& folder : part.folders()) pairs += folder.rigs_size();
+  }
+  result.set_pairs(pairs);
   return AnswerWith(lease, worker, result);
 }
 

@@ -60,6 +60,48 @@ TEST_F(TrainNeedsTest, AnEvaluationGoesToAWorkerThatHasItsTrainerAndBenchmark) {
               ElementsAre("wide, seed 0 on eth3d"));
 }
 
+TEST_F(TrainNeedsTest, AlikeJobsAreOneGroupOfWhatTheyNeed) {
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  request.mutable_study()->set_memory_mb(3000);
+  request.mutable_study()->add_tags("fast");
+  request.mutable_study()->mutable_train()->set_seeds(20);
+  request.mutable_study()->mutable_train()->mutable_needs()->set_gpus(1);
+  v1::EvaluateSpec& evaluate = *request.mutable_study()->mutable_evaluate();
+  for (const char* name : {"eth3d", "shipped"}) evaluate.add_benchmarks(name);
+  evaluate.add_baselines("sgbm");
+  const int64_t study = SubmitRequest(request).value;
+  const ReadyKey training{study, "train", 3000, {"fast", "gpu", "trainer:builtin"}};
+  const ReadyKey on_eth3d{study, "evaluate", 3000, {"benchmark:eth3d", "fast"}};
+  const ReadyKey on_shipped{study, "evaluate", 3000, {"fast"}};
+  const ReadyKey solve{study, "solve", 3000, {"fast"}};
+  using testing::Pair;
+  EXPECT_THAT(
+      queue_->ReadyGroups(study),
+      testing::UnorderedElementsAre(Pair(on_eth3d, 1), Pair(on_shipped, 1), Pair(solve, 1)));
+  WorkerFacts worker = AnyWorker("w");
+  worker.tags = {"fast"};
+  WorkOff(worker);
+  const auto all =
+      testing::UnorderedElementsAre(Pair(on_eth3d, 1), Pair(on_shipped, 1), Pair(training, 20));
+  EXPECT_THAT(queue_->ReadyGroups(study), all);
+  EXPECT_THAT(queue_->ReadyGroups(study + 1), IsEmpty());
+  Reopen();
+  EXPECT_THAT(queue_->ReadyGroups(), all) << "after a restart";
+  v1::ListJobsRequest list;
+  list.set_study_id(study);
+  list.set_state("READY");
+  const auto jobs = queue_->ListJobs(list);
+  ASSERT_TRUE(jobs.ok()) << jobs.status();
+  std::map<ReadyKey, int64_t> listed;
+  for (const v1::JobStatus& job : *jobs) {
+    ++listed[{study,
+              job.kind(),
+              job.needs_memory_mb(),
+              {job.needs_tags().begin(), job.needs_tags().end()}}];
+  }
+  EXPECT_THAT(listed, all) << "each job names the needs of its group";
+}
+
 TEST_F(TrainNeedsTest, ManyJobsThatAWorkerCannotDoHideNoneThatItCan) {
   v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
   request.mutable_study()->mutable_train()->set_seeds(20);

@@ -13,8 +13,10 @@
 #include <filesystem>
 #include <map>
 
+#include "common/base/system/file.h"
 #include "common/rpc/certificate.h"
 #include "common/rpc/grpc_status.h"
+#include "common/rpc/revocation.h"
 #include "common/store/store.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
@@ -30,31 +32,19 @@ using ::testing::HasSubstr;
 // w worker, s submitter, o operator, r read-only.
 const std::map<std::string, std::string>& Rows() {
   static const auto* const rows = new std::map<std::string, std::string>{
-      {"Coordinator/Work", "w"},
-      {"Coordinator/Complete", "w"},
-      {"Coordinator/Fail", "w"},
-      {"Coordinator/Submit", "so"},
-      {"Coordinator/ListStudies", "sor"},
-      {"Coordinator/GetStudy", "sor"},
-      {"Coordinator/Cancel", "so"},
-      {"Coordinator/Pause", "so"},
-      {"Coordinator/Resume", "so"},
-      {"Coordinator/Retry", "so"},
-      {"Coordinator/ListJobs", "sor"},
-      {"Coordinator/ListWorkers", "sor"},
-      {"Coordinator/ListFrames", "sor"},
-      {"Coordinator/ListResults", "sor"},
-      {"Coordinator/GetScene", "sor"},
-      {"Coordinator/GetInfo", "wsor"},
-      {"Coordinator/Forget", "so"},
-      {"Coordinator/DrainWorkers", "o"},
-      {"Coordinator/SetMaxRunning", "so"},
-      {"Coordinator/ListUsers", "sor"},
-      {"Coordinator/ListAttempts", "sor"},
-      {"Coordinator/ListAudit", "o"},
-      {"Artifacts/Put", "wso"},
-      {"Artifacts/Remove", "w"},
-      {"Artifacts/Get", "wsor"},
+      {"Coordinator/Work", "w"},           {"Coordinator/Complete", "w"},
+      {"Coordinator/Fail", "w"},           {"Coordinator/Submit", "so"},
+      {"Coordinator/ListStudies", "sor"},  {"Coordinator/GetStudy", "sor"},
+      {"Coordinator/Cancel", "so"},        {"Coordinator/Pause", "so"},
+      {"Coordinator/Resume", "so"},        {"Coordinator/Retry", "so"},
+      {"Coordinator/ListJobs", "sor"},     {"Coordinator/ListWorkers", "sor"},
+      {"Coordinator/ListFrames", "sor"},   {"Coordinator/ListResults", "sor"},
+      {"Coordinator/GetScene", "sor"},     {"Coordinator/GetInfo", "wsor"},
+      {"Coordinator/Forget", "so"},        {"Coordinator/DrainWorkers", "o"},
+      {"Coordinator/SetMaxRunning", "so"}, {"Coordinator/ListUsers", "sor"},
+      {"Coordinator/ListAttempts", "sor"}, {"Coordinator/ListAudit", "o"},
+      {"Coordinator/OpenPage", "sor"},     {"Artifacts/Put", "wso"},
+      {"Artifacts/Remove", "w"},           {"Artifacts/Get", "wsor"},
       {"Artifacts/List", "wsor"},
   };
   return *rows;
@@ -92,6 +82,8 @@ class AccessTest : public testing::Test {
     CoordinatorServerOptions options;
     options.listen = {"127.0.0.1:0", "unix:" + directory_ + "/s"};
     options.security.tls = Identity(*IssueServer(ca_, Order("s"), {"127.0.0.1"}));
+    options.revoked = directory_ + "/revoked";
+    EXPECT_TRUE(WriteFile(options.revoked, kEmptyRevokedList).ok());
     options.store_uri = store_->Uri();
     options.store = store_.get();
     options.spool_dir = directory_ + "/spool";

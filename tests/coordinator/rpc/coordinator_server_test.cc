@@ -2,7 +2,6 @@
 
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
-#include <httplib.h>
 #include <stdlib.h>
 
 #include <filesystem>
@@ -17,6 +16,7 @@
 #include "parallax/v1/service.grpc.pb.h"
 #include "puppet.h"
 #include "server_fixture.h"
+#include "tests/coordinator/http/browser.h"
 
 namespace parallax {
 namespace {
@@ -484,7 +484,7 @@ TEST_F(CoordinatorServerTest, HttpTellsHealthMetricsAndWorkers) {
   options.db_path = directory_ + "/queue.db";
   auto http = HttpServer::Start(options, *queue_, *server_);
   ASSERT_TRUE(http.ok()) << http.status();
-  httplib::Client client("http://" + (*http)->address());
+  const Browser client("http://" + (*http)->address());
   const auto health = client.Get("/healthz");
   ASSERT_TRUE(health);
   EXPECT_EQ(health->status, 200);

@@ -184,11 +184,37 @@ TEST_F(JanitorTest, ContentThatASubmitFindsStaysUntilTheStudyNamesIt) {
 
 TEST_F(JanitorTest, RemovedContentLeavesRoom) {
   Ship(std::string(600, 'x'));
-  EXPECT_EQ(content_->TakeRoom(900).code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(content_->TakeRoom("new", 900).code(), absl::StatusCode::kResourceExhausted);
   EXPECT_EQ(SweepContent(), 0);
   clock_.Advance(101);
   EXPECT_EQ(SweepContent(), 2);
-  EXPECT_TRUE(content_->TakeRoom(900).ok());
+  EXPECT_TRUE(content_->TakeRoom("new", 900).ok());
+}
+
+TEST_F(JanitorTest, AFileTakesRoomOnceHoweverManySendIt) {
+  for (int sender = 0; sender < 8; ++sender) EXPECT_TRUE(content_->TakeRoom("file", 600).ok());
+  for (int sender = 0; sender < 8; ++sender) content_->EndRoom("file", /*stored=*/sender == 3);
+  EXPECT_EQ(content_->TakeRoom("other", 500).code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_TRUE(content_->TakeRoom("small", 300).ok());
+  content_->EndRoom("small", /*stored=*/false);
+  EXPECT_TRUE(content_->TakeRoom("other", 400).ok()) << "what did not arrive takes no room";
+}
+
+// The folders of the time that a restored backup lacks.
+TEST_F(JanitorTest, FoldersOfNoAttemptAreRemovedWhenTheyAreOld) {
+  const std::string key = "ab/" + std::string(64, 'a');
+  ASSERT_TRUE(store_->Put(key + "/.attempt-5/000/left.png", "x").ok());
+  const Janitor janitor(*queue_, *store_, nullptr, {.every_s = 0, .unknown_s = 3600});
+  ASSERT_TRUE(store_->SetOwner(queue_->database_id()).ok());
+  EXPECT_EQ(*janitor.SweepUnknown(), 0) << "it is new";
+  const std::string file = *store_->LocalPath(key + "/.attempt-5/000/left.png");
+  std::filesystem::last_write_time(file,
+                                   std::filesystem::last_write_time(file) - std::chrono::hours(2));
+  ASSERT_TRUE(store_->SetOwner("another").ok());
+  EXPECT_EQ(*janitor.SweepUnknown(), 0) << "the store of another database";
+  ASSERT_TRUE(store_->SetOwner(queue_->database_id()).ok());
+  EXPECT_EQ(*janitor.SweepUnknown(), 1);
+  EXPECT_TRUE(store_->List(key)->empty());
 }
 
 TEST_F(JanitorTest, AMissingOrBrokenListKeepsNoOtherContentAlive) {

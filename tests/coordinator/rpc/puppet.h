@@ -21,13 +21,13 @@ class Puppet {
     stream_ = coordinator.Work(&context_);
   }
 
-  void Hello(const std::string& name, const std::vector<v1::AttemptId>& holding = {}) {
+  void Hello(const std::string& name, const std::vector<v1::AttemptId>& holding = {},
+             const std::vector<std::string>& kinds = {"solve", "render"}) {
     v1::WorkerMessage message;
     v1::Hello& hello = *message.mutable_hello();
     hello.set_name(name);
     hello.set_protocol(kWorkProtocol);
-    hello.add_kinds("solve");
-    hello.add_kinds("render");
+    for (const std::string& kind : kinds) hello.add_kinds(kind);
     hello.set_slots(1);
     for (const v1::AttemptId& attempt : holding) *hello.add_holding() = attempt;
     stream_->Write(message);

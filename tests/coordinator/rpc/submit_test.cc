@@ -393,11 +393,41 @@ TEST_F(SubmitTest, ContentThatIsNotInTheStoreIsRefused) {
 
   // As a client does that is told so.
   ASSERT_TRUE(store_->Put(ContentPath(Sha256Hex(list)), list).ok());
+  EXPECT_THAT(std::string(Submit(study).message()), HasSubstr("\"a.hdr\" (" + Sha256Hex("sky")));
+  ASSERT_TRUE(store_->Put(ContentPath(Sha256Hex("sky")), "sky").ok());
   store_->questions = store_->reads = 0;
   EXPECT_TRUE(Submit(study).ok()) << Submit(study);
   EXPECT_EQ(store_->questions, 1) << "one list, which two variants name";
-  EXPECT_EQ(store_->reads, 0) << "and which is not read";
+  EXPECT_EQ(store_->reads, 1) << "and which is read once";
   EXPECT_EQ(queue_->ListStudies(10)->size(), 1u);
+}
+
+TEST_F(SubmitTest, BrokenListsOfContentAreRefused) {
+  const auto line = [](const std::string& name, int64_t size) {
+    return Sha256Hex("sky") + " " + std::to_string(size) + " " + name + "\n";
+  };
+  std::string many = "parallax-content 1\n";
+  for (int i = 0; i <= 20'000; ++i) many += line(std::to_string(i), 3);
+  const struct {
+    std::string list;
+    const char* says;
+  } rows[] = {
+      {"parallax-content 1\n" + line("../x", 3), "line 2: store path \"../x\""},
+      {"parallax-content 1\n" + line("a", 3) + line("a", 3), "line 3: a stands there twice"},
+      {"parallax-content 1\n" + line("a", 4), "\"a\" of 4 bytes, and the file has 3"},
+      {"no list\n", "line 1: wanted is \"parallax-content 1\""},
+      {many, "20001 files, allowed are 20000"}};
+  ASSERT_TRUE(store_->Put(ContentPath(Sha256Hex("sky")), "sky").ok());
+  for (const auto& row : rows) {
+    ASSERT_TRUE(store_->Put(ContentPath(Sha256Hex(row.list)), row.list).ok());
+    v1::StudySpec study = GoodStudy();
+    ConfigOf(study).mutable_lighting()->set_hdri_dir(
+        ContentReferenceText({Sha256Hex(row.list), "srv/hdris"}));
+    ConfigOf(study).mutable_lighting()->set_hdris_sha256(std::string(64, 'a'));
+    const absl::Status status = Submit(study);
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr(row.says));
+  }
 }
 
 TEST_F(SubmitTest, EveryBuiltInStudyIsAccepted) {

@@ -35,20 +35,6 @@ void Append(std::string* bytes, T value) {
 
 constexpr size_t kGlbHeaderBytes = 12, kGlbChunkBytes = 8;
 
-// A .glb of a JSON and of data, whose size is a multiple of 4.
-std::string Packed(std::string json, const std::string& data) {
-  while (json.size() % 4 != 0) json += ' ';
-  std::string glb = "glTF";
-  Append(&glb, uint32_t{2});
-  Append(&glb,
-         static_cast<uint32_t>(kGlbHeaderBytes + 2 * kGlbChunkBytes + json.size() + data.size()));
-  Append(&glb, static_cast<uint32_t>(json.size()));
-  glb += "JSON" + json;
-  Append(&glb, static_cast<uint32_t>(data.size()));
-  glb += std::string("BIN\0", 4) + data;
-  return glb;
-}
-
 // A number's bytes, the lowest first, or the highest first.
 template <typename T>
 void AppendInOrder(std::string* bytes, T value, bool big) {
@@ -60,6 +46,20 @@ void AppendInOrder(std::string* bytes, T value, bool big) {
 
 }  // namespace
 
+std::string Glb(std::string json, std::string data) {
+  while (json.size() % 4 != 0) json += ' ';
+  while (data.size() % 4 != 0) data += '\0';
+  std::string glb = "glTF";
+  Append(&glb, uint32_t{2});
+  Append(&glb,
+         static_cast<uint32_t>(kGlbHeaderBytes + 2 * kGlbChunkBytes + json.size() + data.size()));
+  Append(&glb, static_cast<uint32_t>(json.size()));
+  glb += "JSON" + json;
+  Append(&glb, static_cast<uint32_t>(data.size()));
+  glb += std::string("BIN\0", 4) + data;
+  return glb;
+}
+
 std::string GlbBox(double x, double y, double z, int faces) {
   std::string data;
   for (int i = 0; i < 8; ++i) {
@@ -70,7 +70,6 @@ std::string GlbBox(double x, double y, double z, int faces) {
       Append(&data, static_cast<uint16_t>(corner));
     }
   }
-  while (data.size() % 4 != 0) data += '\0';
   std::ostringstream json;
   json
       << R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
@@ -84,7 +83,7 @@ std::string GlbBox(double x, double y, double z, int faces) {
       << x << "," << y << "," << z << "]},"
       << R"({"bufferView":1,"componentType":5123,"count":)" << 3 * faces
       << R"(,"type":"SCALAR"}]})";
-  return Packed(json.str(), data);
+  return Glb(json.str(), data);
 }
 
 std::string GlbWith(const std::string& glb, const std::string& from, const std::string& to) {
@@ -93,7 +92,7 @@ std::string GlbWith(const std::string& glb, const std::string& from, const std::
   const size_t begin = kGlbHeaderBytes + kGlbChunkBytes;
   std::string json = glb.substr(begin, length);
   json.replace(json.find(from), from.size(), to);
-  return Packed(json, glb.substr(begin + length + kGlbChunkBytes));
+  return Glb(json, glb.substr(begin + length + kGlbChunkBytes));
 }
 
 std::string ObjBox(double x, double y, double z, const std::string& material) {

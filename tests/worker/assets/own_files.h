@@ -14,6 +14,8 @@ std::string ObjBox(double x, double y, double z, const std::string& material = "
 std::string PlyBox(double x, double y, double z);
 // The .ply in binary, with the highest byte first if `big`.
 std::string BinaryPlyBox(double x, double y, double z, bool big);
+// A .glb with this JSON and these data.
+std::string Glb(std::string json, std::string data);
 // The .glb with `to` in place of `from`, which its JSON has.
 std::string GlbWith(const std::string& glb, const std::string& from, const std::string& to);
 // Materials with these names, each showing the picture.

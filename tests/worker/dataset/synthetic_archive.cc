@@ -100,6 +100,7 @@ void MakeSyntheticArchive(const std::string& dir, const SyntheticArchive& option
   if (options.extras) {
     render.add_maps("raw");
     render.add_maps("infrared");
+    render.add_maps("layers");
   }
   v1::Scene scene = MakeSyntheticScene(options.rigs, options.width_px, options.height_px);
   if (options.extras) AddRawCameras(scene);
@@ -125,6 +126,7 @@ void MakeSyntheticArchive(const std::string& dir, const SyntheticArchive& option
         if (options.extras) {
           GiveExtras(frame.left, -1, frame.raw_left);
           GiveExtras(frame.right, 1, frame.raw_right);
+          GiveLayers(scene.rigs(r), frame);
         }
         const std::string path = variant + std::to_string(s) + "/.attempt-1/" + std::to_string(r);
         v1::PublishedFrame published;

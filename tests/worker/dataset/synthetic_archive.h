@@ -16,7 +16,7 @@ struct SyntheticArchive {
   bool last_frame_missing = false;
   bool keep_hdr = false;
   bool sequence = false;       // Each scene's rigs are a way, with flow.
-  bool extras = false;         // Infrared pictures and a raw pair, by cameras without distortion.
+  bool extras = false;         // Infrared pictures, layers, and a raw pair without distortion.
   std::string sensor = "off";  // A preset; needs keep_hdr.
 };
 

@@ -263,6 +263,32 @@ void GiveLight(StereoFrame& frame) {
   }
 }
 
+void GiveLayers(const v1::Rig& rig, StereoFrame& frame) {
+  constexpr uint16_t kWall = 2, kFirstBall = 3;
+  const double focal_times_baseline = rig.fx_px() * rig.baseline_m();
+  for (const std::string eye : {"left", "right"}) {
+    const View& view = eye == "left" ? frame.left : frame.right;
+    const int width = view.depth_m.width(), height = view.depth_m.height();
+    ImageU8 count(width, height);
+    ImageF depth(width, height), disparity(width, height);
+    ImageU16 objects(width, height), materials(width, height);
+    for (size_t i = 0; i < count.pixels(); ++i) {
+      count.values()[i] = view.depth_m.values()[i] > 0 ? 1 : 0;
+      if (view.objects.values()[i] < kFirstBall) continue;
+      frame.clear_materials[view.materials.values()[i]] = Clearness::kThinGlass;
+      count.values()[i] = 2;
+      depth.values()[i] = view.depth_m.values()[i] + 0.5f;
+      disparity.values()[i] = static_cast<float>(focal_times_baseline / double{depth.values()[i]});
+      objects.values()[i] = materials.values()[i] = kWall;
+    }
+    frame.more["layers_" + eye + ".png"] = count;
+    frame.more["depth2_" + eye + ".exr"] = depth;
+    frame.more["disparity2_" + eye + ".exr"] = disparity;
+    frame.more["objects2_" + eye + ".png"] = objects;
+    frame.more["materials2_" + eye + ".png"] = materials;
+  }
+}
+
 StereoFrame RenderSyntheticFrame(const v1::Scene& all, const v1::Rig& rig) {
   const v1::Scene scene = SceneAt(all, rig.time_s());
   StereoFrame frame;

@@ -24,4 +24,7 @@ void GiveFlow(const v1::Scene& scene, const v1::Rig& rig, StereoFrame& frame);
 // Gives both views the light that their pictures were made of: developed, it gives them again.
 void GiveLight(StereoFrame& frame);
 
+// Makes glass of the balls: half a metre behind each is the second layer, of the back wall.
+void GiveLayers(const v1::Rig& rig, StereoFrame& frame);
+
 }  // namespace parallax

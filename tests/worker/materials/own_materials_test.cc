@@ -69,6 +69,55 @@ TEST_F(TextureSetsTest, UsualNamesMakeSets) {
   EXPECT_EQ(SampleOf(folder->sets[3]).metallic, 0);
 }
 
+TEST_F(TextureSetsTest, NamesOfOtherProgramsMakeSets) {
+  Write("brick_Base_Color.png", 200, 10, 10);  // Substance Painter
+  Write("brick_Normal_OpenGL.png", 128, 128, 255);
+  Write("brick_Roughness.png", 51, 51, 51);
+  Write("brick_Metallic.png", 255, 255, 255);
+  Write("brick_Mixed_AO.png", 1, 1, 1);
+  Write("brick_Height.png", 1, 1, 1);
+  Write("moss_Normal_DirectX.png", 128, 0, 255);
+  Write("moss_basecolor.png", 10, 200, 10);
+  Write("sand-albedo.png", 1, 2, 3);  // FreePBR
+  Write("sand_normal-ogl.png", 128, 128, 255);
+  Write("T_Wall_BC.png", 10, 10, 200);  // Unreal
+  Write("T_Wall_N.png", 128, 128, 255);
+  Write("T_Wall_ORM.png", 1, 102, 255);
+  const auto folder = ReadTextureFolder(dir_);
+  ASSERT_TRUE(folder.ok()) << folder.status();
+  std::vector<std::string> names;
+  for (const TextureSet& set : folder->sets) names.push_back(set.name);
+  EXPECT_THAT(names, testing::ElementsAre("own:brick", "own:moss", "own:sand", "own:t_wall"));
+  EXPECT_THAT(folder->sets[0].maps,
+              testing::ElementsAre("colour brick_Base_Color.png", "roughness brick_Roughness.png",
+                                   "metal brick_Metallic.png", "normal brick_Normal_OpenGL.png"));
+  EXPECT_THAT(folder->sets[0].left_out,
+              testing::ElementsAre(HasSubstr("brick_Height.png"), HasSubstr("brick_Mixed_AO.png")));
+  EXPECT_THAT(folder->sets[1].maps, testing::Contains("normal, y down moss_Normal_DirectX.png"));
+  EXPECT_THAT(folder->sets[2].maps, testing::Contains("normal sand_normal-ogl.png"));
+  EXPECT_NEAR(SampleOf(folder->sets[0]).roughness, 0.2f, 1e-3f);
+  EXPECT_NEAR(SampleOf(folder->sets[0]).metallic, 1, 1e-3f);
+  EXPECT_NEAR(SampleOf(folder->sets[3]).roughness, 0.4f, 1e-3f);
+  EXPECT_NEAR(SampleOf(folder->sets[3]).metallic, 1, 1e-3f);
+}
+
+// Poly Haven's default download: some of its maps are EXR, grey or coloured.
+TEST_F(TextureSetsTest, MapsMayBeExr) {
+  Write("wall_diff_1k.png", 200, 10, 10);
+  const auto alone = ReadTextureFolder(dir_);
+  ASSERT_TRUE(WriteExrY(dir_ + "/wall_rough_1k.exr", ImageF(4, 4, 0.25f)).ok());
+  ASSERT_TRUE(WriteExrHalfRgb(dir_ + "/wall_nor_gl_1k.exr", ImageF3(4, 4, 0.5f)).ok());
+  const auto folder = ReadTextureFolder(dir_);
+  ASSERT_TRUE(folder.ok()) << folder.status();
+  EXPECT_NE(folder->sha256, alone->sha256);
+  EXPECT_EQ(folder->sets[0].maps.size(), 3u);
+  EXPECT_NEAR(SampleOf(folder->sets[0]).roughness, 0.25f, 0.01f);
+  Write("wall_rough_1k.png", 102, 102, 102);
+  const auto both = ReadTextureFolder(dir_);
+  EXPECT_NEAR(SampleOf(both->sets[0]).roughness, 0.4f, 1e-3f) << "not the EXR";
+  EXPECT_THAT(both->sets[0].left_out, testing::ElementsAre(HasSubstr("wall_rough_1k.exr")));
+}
+
 // Poly Haven's rough_block_wall, whose name has a word that is a role, with maps that nobody reads.
 TEST_F(TextureSetsTest, OtherMapsOfASetAreSkipped) {
   Write("rough_block_wall_diff_1k.png", 200, 10, 10);
@@ -129,7 +178,7 @@ TEST_F(TextureSetsTest, CountByTheirContent) {
 
 TEST_F(TextureSetsTest, BadSetsAreRefusedWithWhatIsWrong) {
   const auto message = [&] { return std::string(ReadTextureFolder(dir_).status().message()); };
-  EXPECT_THAT(message(), HasSubstr("no file of .png, .jpg, .jpeg"));
+  EXPECT_THAT(message(), HasSubstr("no file of .png, .jpg, .jpeg, .exr"));
   Write("holiday.png", 1, 2, 3);
   EXPECT_THAT(message(), HasSubstr("wanted pictures named like brick_albedo.png"));
   Write("brick_roughness.png", 1, 2, 3);
@@ -150,7 +199,7 @@ TEST(PbrMaterial, NormalsBendAlongTheirPicture) {
     leaning.values()[3 * i + 1] = 128;
     leaning.values()[3 * i + 2] = 238;  // z = 0.866
   }
-  pictures.normal = leaning;
+  pictures.normal.emplace().image = leaning;
   SurfacePoint point;
   point.texture_normal = Vec3f::UnitZ();
   Tangents8 tangents;
@@ -166,6 +215,11 @@ TEST(PbrMaterial, NormalsBendAlongTheirPicture) {
     EXPECT_NEAR(relief.dx[0], -0.577f, 0.02f);
     EXPECT_NEAR(relief.dy[0], 0, 0.02f);
   }
+  pictures.normal->turn << 0, 2, -1, 0;  // Its u goes along v, its v against u.
+  const Dual8 turned =
+      MakePbrMaterial(pictures, PbrMapping::kUv)->Relief(SurfacePoint8({&point, 1}), tangents);
+  EXPECT_NEAR(turned.dx[0], 0, 0.02f);
+  EXPECT_NEAR(turned.dy[0], -0.577f, 0.02f);
   pictures.normal.reset();
   const auto flat = MakePbrMaterial(pictures, PbrMapping::kUv);
   EXPECT_EQ(flat->Relief(SurfacePoint8({&point, 1}), tangents).dx[0], 0);

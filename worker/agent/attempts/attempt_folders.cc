@@ -34,6 +34,10 @@ absl::Status AttemptFolders::Use(const v1::Welcome& welcome) {
   return absl::OkStatus();
 }
 
+absl::Status AttemptFolders::CheckStore() const {
+  return store_ == nullptr ? absl::OkStatus() : store_->CheckMarker();
+}
+
 AttemptFolder AttemptFolders::ReadOnly(const v1::Lease& lease) const {
   AttemptFolder folder;
   folder.store = store_;

@@ -29,6 +29,9 @@ class AttemptFolders {
   // Opens the store that the coordinator names, unless it is open already.
   // Errors: those of OpenStore, if the worker must see the store itself.
   absl::Status Use(const v1::Welcome& welcome);
+  // Looks whether the store that this machine sees is still there, under its name and with the id
+  // that the coordinator's database knows. Errors: those of Store::CheckMarker.
+  absl::Status CheckStore() const;
   // Returns the folder for an attempt that writes. Errors: kFailedPrecondition without a store;
   // kInvalidArgument for a path that leaves the store.
   absl::StatusOr<AttemptFolder> Of(const v1::Lease& lease) const;

@@ -40,10 +40,10 @@ std::string WithoutNumbers(std::string_view text) {
 
 }  // namespace
 
-absl::Status WithLogTail(absl::Status status, std::string_view log) {
+std::string EndOfLog(std::string_view log, size_t most_bytes) {
   while (!log.empty() && log.back() == '\n') log.remove_suffix(1);
   size_t from = log.size();
-  for (size_t lines = 0; from > 0 && log.size() - from < kMaxTailBytes; --from) {
+  for (size_t lines = 0; from > 0 && log.size() - from < most_bytes; --from) {
     if (log[from - 1] == '\n' && ++lines == kTailLines) break;
   }
   std::string tail(log.substr(from));
@@ -51,6 +51,11 @@ absl::Status WithLogTail(absl::Status status, std::string_view log) {
   for (char& c : tail) {
     if (static_cast<unsigned char>(c) >= 0x80 || (c < ' ' && c != '\n' && c != '\t')) c = '?';
   }
+  return tail;
+}
+
+absl::Status WithLogTail(absl::Status status, std::string_view log) {
+  const std::string tail = EndOfLog(log, kMaxTailBytes);
   if (!tail.empty()) status.SetPayload(kLogTail, absl::Cord(ToAbsl(tail)));
   return status;
 }

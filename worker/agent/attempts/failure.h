@@ -17,6 +17,9 @@ struct Failure {
   bool retryable = false;  // Whether another try, perhaps elsewhere, may succeed.
 };
 
+// Returns the end of a log: at most 200 lines and `most_bytes` bytes. Characters that are neither
+// ASCII nor line ends become "?", because messages must be UTF-8 and programs may print anything.
+std::string EndOfLog(std::string_view log, size_t most_bytes);
 // Attaches the end of a program's log to `status` for the coordinator: its last 200 lines, at most
 // 16 kB. Errors: `status` itself.
 absl::Status WithLogTail(absl::Status status, std::string_view log);

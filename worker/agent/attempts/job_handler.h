@@ -20,17 +20,24 @@ class Store;
 // Numbers that a long job reports: "step", "loss", "eta_s"... At most 8.
 using JobFigures = std::map<std::string, double>;
 
-// Reports a fraction in [0, 1] and the current stage. May be called from any thread, at any rate.
+// Reports a fraction in [0, 1] and the current stage, and names the log of a program that the job
+// runs. May be called from any thread, at any rate.
 class JobProgressFn {
  public:
   template <std::invocable<double, std::string_view, const JobFigures&> Function>
-  JobProgressFn(Function tell) : tell_(std::move(tell)) {}
+  JobProgressFn(Function tell, std::function<void(const std::string&)> follow_log = nullptr)
+      : tell_(std::move(tell)), follow_log_(std::move(follow_log)) {}
   void operator()(double fraction, std::string_view stage, const JobFigures& figures = {}) const {
     tell_(fraction, stage, figures);
+  }
+  // From now on, the end of this file stands for the attempt's log while it runs.
+  void FollowLog(const std::string& path) const {
+    if (follow_log_) follow_log_(path);
   }
 
  private:
   std::function<void(double, std::string_view, const JobFigures&)> tell_;
+  std::function<void(const std::string&)> follow_log_;
 };
 
 // The folders of one attempt.

@@ -14,6 +14,7 @@
 #include "common/base/status.h"
 #include "common/base/system/log.h"
 #include "common/base/system/log_capture.h"
+#include "common/store/store.h"
 #include "worker/agent/attempts/attempt_report.h"
 #include "worker/agent/attempts/failure.h"
 #include "worker/agent/attempts/job_run.h"
@@ -67,6 +68,7 @@ class JobSlots::Impl {
     double fraction = 0;
     std::string stage;
     JobFigures figures;
+    std::string program_log;  // Path of the log of a program that it runs.
     SteadyTime progressed{};  // When it last told its progress.
     double cpu_s = 0;
     bool working = false;
@@ -148,7 +150,8 @@ class JobSlots::Impl {
     for (const auto& run : runs_) {
       const double idle_s = run->working ? SecondsBetween(run->progressed, clock_.Steady()) : 0;
       running.push_back({run->lease.attempt(), run->stop, run->fraction, run->stage, run->figures,
-                         idle_s, !run->working, RemainingSeconds(*run)});
+                         idle_s, !run->working, RemainingSeconds(*run), run->log,
+                         run->program_log});
     }
     return running;
   }
@@ -222,15 +225,19 @@ class JobSlots::Impl {
   }
 
   Outcome Perform(Run& run) {
-    const JobProgressFn progress = [this, &run](double fraction, std::string_view stage,
-                                                const JobFigures& figures) {
-      const SteadyTime now = clock_.Steady();
-      std::lock_guard lock(mu_);
-      run.fraction = fraction;
-      run.stage = stage;
-      run.figures = figures;
-      run.progressed = now;
-    };
+    const JobProgressFn progress(
+        [this, &run](double fraction, std::string_view stage, const JobFigures& figures) {
+          const SteadyTime now = clock_.Steady();
+          std::lock_guard lock(mu_);
+          run.fraction = fraction;
+          run.stage = stage;
+          run.figures = figures;
+          run.progressed = now;
+        },
+        [this, &run](const std::string& path) {
+          std::lock_guard lock(mu_);
+          run.program_log = path;
+        });
     return RunJob(FindHandler(handlers_, run.lease.kind()), run.lease, run.folder, run.cancel,
                   progress);
   }
@@ -242,10 +249,14 @@ class JobSlots::Impl {
     ended.succeeded = outcome.ok();
     std::string place;
     double cpu_s;
+    // Where the store is gone nothing was written and nothing failed: others do the job.
+    const bool gone = !run.folder.path.empty() && run.folder.store != nullptr &&
+                      !run.folder.store->CheckMarker().ok();
     {
       std::lock_guard lock(mu_);
       ChargeCpu();
       run.working = false;
+      if (gone && run.stop == StopCause::kNone) run.stop = StopCause::kHandBack;
       ended.stop = run.stop;
       if (ended.succeeded) {
         const auto [usual, first] = usual_s_.try_emplace(run.lease.kind(), wall_s);
@@ -255,8 +266,8 @@ class JobSlots::Impl {
       cpu_s = run.cpu_s + (outcome.ok() ? outcome->children_cpu_s : 0);
     }
     // Work finished before it learnt of the drain is worth reporting; the fence decides.
-    const bool report =
-        ended.stop == StopCause::kNone || (ended.stop == StopCause::kHandBack && outcome.ok());
+    const bool report = ended.stop == StopCause::kNone ||
+                        (ended.stop == StopCause::kHandBack && outcome.ok() && !gone);
     LogEnd(outcome, report, ended.stop, wall_s, cpu_s);
     CleanUpAfter(FindHandler(handlers_, run.lease.kind()), run.folder,
                  /*kept=*/outcome.ok() && report);

@@ -16,6 +16,8 @@
 
 namespace parallax {
 
+class LogCapture;
+
 // Why an attempt was stopped.
 enum class StopCause {
   kNone,
@@ -37,6 +39,8 @@ struct RunningAttempt {
   // Estimated seconds to its end, from its progress and earlier jobs of its kind; infinite if
   // unknown.
   double remaining_s = 0;
+  std::shared_ptr<const LogCapture> log = nullptr;  // Null until it works.
+  std::string program_log = "";                     // Path; empty: it runs no program.
 };
 
 // An attempt that left its slot.

@@ -107,6 +107,7 @@ void CoordinatorLink::SendHello(const std::vector<v1::Progress>& held) {
     (*hello.mutable_stage_versions())[stage] = version;
   }
   hello.set_instance(options_.instance);
+  hello.set_machine(options_.machine);
   for (const v1::Progress& progress : held) *hello.add_holding() = progress.attempt();
   session_->Send(std::move(message));
 }

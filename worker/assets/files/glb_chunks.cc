@@ -1,10 +1,10 @@
-#include "worker/assets/files/glb_chunks.h"
-
 #include <algorithm>
 #include <cstring>
 #include <fstream>
 #include <set>
 #include <utility>
+
+#include "worker/assets/files/gltf_data.h"
 
 namespace parallax {
 namespace {
@@ -114,7 +114,7 @@ absl::StatusOr<std::string_view> BinaryChunk(std::string_view bytes, size_t json
 
 }  // namespace
 
-absl::StatusOr<GlbChunks> ReadGlb(std::string_view bytes) {
+absl::StatusOr<GlbChunks> ReadGlbChunks(std::string_view bytes) {
   ASSIGN_OR_RETURN(const std::string_view text, JsonChunk(bytes, bytes.size()));
   GlbChunks chunks;
   ASSIGN_OR_RETURN(chunks.json, ParseJson(text));

@@ -23,6 +23,7 @@
 #include "common/store/store.h"
 #include "worker/dataset/archive/archive_index.h"
 #include "worker/dataset/archive/dataset_card.h"
+#include "worker/dataset/archive/study_change.h"
 #include "worker/dataset/frame/frame_reader.h"
 #include "worker/dataset/frame/sensor_stage.h"
 
@@ -30,12 +31,6 @@ namespace parallax {
 namespace {
 
 namespace fs = std::filesystem;
-
-absl::Status MakeFolders(const std::string& dir) {
-  std::error_code error;
-  fs::create_directories(dir, error);
-  return error ? ErrnoError(error.value(), "make folder " + dir) : absl::OkStatus();
-}
 
 absl::Status RemoveAll(const std::string& path) {
   std::error_code error;
@@ -56,38 +51,12 @@ std::string LockText(const v1::StudySpec& study) {
   return VersionLine() + "\n" + StudyToYaml(study);
 }
 
-// The lines of a lock file that determine what is in the archive: more pairs and more seeds of
-// trainings may be added to it, its filters and sensors may change, and its inputs may move.
-std::vector<std::string> LinesThatMustStay(v1::StudySpec study) {
-  if (study.has_train()) study.mutable_train()->clear_seeds();
-  for (v1::VariantSpec& variant : *study.mutable_variants()) {
-    *variant.mutable_config() = FieldsOf(variant.config(), [](v1::FieldRule::Stage stage) {
-      return stage != v1::FieldRule::FINISH && stage != v1::FieldRule::SENSOR &&
-             stage != v1::FieldRule::PLACE;
-    });
-  }
-  std::vector<std::string> lines;
-  std::istringstream in(StudyToYaml(study));
-  for (std::string line; std::getline(in, line);) {
-    if (line.rfind("pairs:", 0) == 0 || line.rfind("    pairs:", 0) == 0) continue;
-    if (line.rfind("priority:", 0) == 0) continue;
-    lines.push_back(line);
-  }
-  return lines;
-}
-
-absl::Status OtherStudy(const std::string& path, const std::string& there, const std::string& now) {
-  const auto trimmed = [](const std::string& line) {
-    return line.substr(std::min(line.find_first_not_of(' '), line.size()));
-  };
-  return FailedPrecondition(
-      "{} is of another study (there \"{}\", now \"{}\"): choose another folder", path,
-      trimmed(there), trimmed(now));
-}
-
-absl::Status CheckSameStudy(const std::string& path, const v1::StudySpec& study) {
+// Returns the study that the folder was made for; nothing if it is new. Errors: kFailedPrecondition
+// for another study's folder, or another version's.
+absl::StatusOr<std::optional<v1::StudySpec>> StudyOf(const std::string& path,
+                                                     const v1::StudySpec& study) {
   const absl::StatusOr<std::string> present = ReadFile(path);
-  if (absl::IsNotFound(present.status())) return absl::OkStatus();
+  if (absl::IsNotFound(present.status())) return std::nullopt;
   RETURN_IF_ERROR(present.status());
   const std::string version = present->substr(0, present->find('\n'));
   if (version != VersionLine()) {
@@ -97,14 +66,18 @@ absl::Status CheckSameStudy(const std::string& path, const v1::StudySpec& study)
         path, version, VersionLine());
   }
   ASSIGN_OR_RETURN(v1::StudySpec locked, ParseStudy(*present, path));
-  const std::vector<std::string> there = LinesThatMustStay(std::move(locked));
-  const std::vector<std::string> here = LinesThatMustStay(study);
-  for (size_t i = 0; i < std::max(there.size(), here.size()); ++i) {
-    const std::string old_line = i < there.size() ? there[i] : "(end)";
-    const std::string new_line = i < here.size() ? here[i] : "(end)";
-    if (old_line != new_line) return OtherStudy(path, old_line, new_line);
+  const auto another = [&path](const std::string& there, const std::string& now) {
+    return FailedPrecondition(
+        "{} is of another study (there \"{}\", now \"{}\"): choose another folder", path, there,
+        now);
+  };
+  if (locked.name() != study.name()) {
+    return another("study: " + locked.name(), "study: " + study.name());
   }
-  return absl::OkStatus();
+  if (locked.seed() != study.seed()) {
+    return another(fmt::format("seed: {}", locked.seed()), fmt::format("seed: {}", study.seed()));
+  }
+  return locked;
 }
 
 class Archive final : public ArchiveWriter {
@@ -114,7 +87,11 @@ class Archive final : public ArchiveWriter {
   absl::Status Prepare() {
     RETURN_IF_ERROR(MakeFolders(out_));
     const std::string lock = LockText(study_);
-    RETURN_IF_ERROR(CheckSameStudy(out_ + "/study.lock.yaml", study_));
+    ASSIGN_OR_RETURN(const std::optional<v1::StudySpec> before,
+                     StudyOf(out_ + "/study.lock.yaml", study_));
+    if (before) {
+      ASSIGN_OR_RETURN(set_aside_, PutAside(out_, PartsDropped(*before, study_)));
+    }
     const std::string& source = study_.source_yaml();
     RETURN_IF_ERROR(
         WriteFileAtomically(out_ + "/study.yaml", source.empty() ? StudyToYaml(study_) : source));
@@ -148,10 +125,10 @@ class Archive final : public ArchiveWriter {
         return InvalidArgument("frame file {}: allowed is a plain name", file.name());
       }
     }
-    const FrameKey key = {frame.scene(), frame.frame().rig()};
+    const FrameId key = {frame.scene(), frame.frame().rig()};
     const std::string dir = out_ + "/" + frame.variant() + "/" + FramePath(key);
     const std::string source = store_dir + "/" + frame.frame().path();
-    std::map<FrameKey, IndexLine>& index = index_[frame.variant()];
+    std::map<FrameId, IndexLine>& index = index_[frame.variant()];
     Content content{frame, {}, false};
     if (SensorIsOn(variant->config().sensor())) {
       const absl::Status exposed =
@@ -190,6 +167,7 @@ class Archive final : public ArchiveWriter {
   }
 
   const Totals& totals() const override { return totals_; }
+  const std::vector<std::string>& set_aside() const override { return set_aside_; }
 
   std::map<std::string, int64_t> Frames() const override {
     std::map<std::string, int64_t> counts;
@@ -206,7 +184,7 @@ class Archive final : public ArchiveWriter {
     std::map<std::string, std::string> made;  // Bytes by name.
     bool made_anew = false;
   };
-  using Known = std::map<FrameKey, IndexLine>::const_iterator;
+  using Known = std::map<FrameId, IndexLine>::const_iterator;
 
   // Replaces the rendered pictures by a sensor's. Existing ones in `dir` that match the index are
   // reused.
@@ -270,7 +248,7 @@ class Archive final : public ArchiveWriter {
       if (!line.ok()) {
         LogWarning("dropped a line of the index", {{"file", dir + "/index.jsonl"}});
       } else if (fs::exists(dir + "/" + FramePath(line->key) + "/frame.json", error)) {
-        const FrameKey key = line->key;
+        const FrameId key = line->key;
         const absl::Status judged = JudgeAnew(variant.config().filters(), *line);
         if (!judged.ok()) return WithContext(judged, dir + "/index.jsonl");
         index_[variant.name()].insert_or_assign(key, *std::move(line));
@@ -353,7 +331,8 @@ class Archive final : public ArchiveWriter {
 
   const std::string out_;
   const v1::StudySpec study_;
-  std::map<std::string, std::map<FrameKey, IndexLine>> index_;  // By variant.
+  std::map<std::string, std::map<FrameId, IndexLine>> index_;  // By variant.
+  std::vector<std::string> set_aside_;
   Totals totals_;
 };
 

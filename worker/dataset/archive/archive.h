@@ -15,6 +15,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/base/status.h"
 #include "parallax/v1/scene.pb.h"
@@ -42,11 +43,11 @@ class ArchiveWriter {
   };
 
   // Makes the folder, writes study.yaml and study.lock.yaml and reads the index files of an earlier
-  // run; its frames get the verdicts of this study's filters. Errors: kFailedPrecondition when the
-  // folder belongs to another study (its lock file differs in more than `pairs`, `train.seeds` and
-  // filters) or to other versions of the stages, naming the first line that differs, and when a
-  // frame's statistics lack a number that a filter needs; kPermissionDenied and kResourceExhausted
-  // from the disk.
+  // run; its frames get the verdicts of this study's filters. The study may have changed since:
+  // what it no longer asks for is put aside (study_change.h). Errors: kFailedPrecondition when the
+  // folder belongs to a study of another name or seed, or to other versions of the stages, and when
+  // a frame's statistics lack a number that a filter needs; kPermissionDenied and
+  // kResourceExhausted from the disk.
   static absl::StatusOr<std::unique_ptr<ArchiveWriter>> Open(const std::string& out_dir,
                                                              const v1::StudySpec& study);
   virtual ~ArchiveWriter() = default;
@@ -68,6 +69,8 @@ class ArchiveWriter {
   virtual absl::Status Finish() = 0;
 
   virtual const Totals& totals() const = 0;
+  // Returns what Open put aside because the study has changed, a text each with its new place.
+  virtual const std::vector<std::string>& set_aside() const = 0;
   // Returns the number of frames in the archive, by variant.
   virtual std::map<std::string, int64_t> Frames() const = 0;
 };

@@ -41,7 +41,7 @@ std::string IndexText(const std::vector<IndexLine>& index) {
   return text;
 }
 
-std::string FramePath(const FrameKey& key) {
+std::string FramePath(const FrameId& key) {
   return fmt::format("frames/{:06}/{:03}", key.first, key.second);
 }
 

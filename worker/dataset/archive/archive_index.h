@@ -14,11 +14,11 @@
 namespace parallax {
 
 // (scene, rig): the order of the lines.
-using FrameKey = std::pair<uint32_t, uint32_t>;
+using FrameId = std::pair<uint32_t, uint32_t>;
 
 // One frame of one variant, as its line in the index describes it.
 struct IndexLine {
-  FrameKey key;
+  FrameId key;
   std::string text;                          // The line, without its end.
   std::map<std::string, std::string> files;  // SHA-256 by name.
 };
@@ -27,7 +27,7 @@ struct IndexLine {
 std::string IndexText(const std::vector<IndexLine>& index);
 
 // Returns a frame's folder relative to the variant's: "frames/000012/003".
-std::string FramePath(const FrameKey& key);
+std::string FramePath(const FrameId& key);
 
 // Makes the line, with the verdicts of `filters`. Errors: those of Judge.
 absl::StatusOr<IndexLine> MakeIndexLine(const v1::PublishedFrame& frame,

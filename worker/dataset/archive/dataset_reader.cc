@@ -69,7 +69,7 @@ absl::StatusOr<DatasetVariant> ReadVariant(const std::string& dir) {
   ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
   std::istringstream in(text);
   int number = 0;
-  std::set<FrameKey> keys;
+  std::set<FrameId> keys;
   for (std::string row; std::getline(in, row);) {
     ++number;
     const absl::StatusOr<IndexLine> line = ParseIndexLine(row);

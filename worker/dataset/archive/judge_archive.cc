@@ -23,7 +23,7 @@ void Count(const IndexLine& line, JudgedVariant& judged) {
 
 absl::StatusOr<JudgedVariant> JudgeVariant(const std::string& dir, const v1::StudySpec& study,
                                            const v1::VariantSpec& variant,
-                                           const std::map<FrameKey, double>& shares) {
+                                           const std::map<FrameId, double>& shares) {
   const std::string path = dir + "/index.jsonl";
   ASSIGN_OR_RETURN(const std::string before, ReadFile(path));
   JudgedVariant judged;

@@ -24,6 +24,6 @@ struct JudgedVariant {
 // Errors: kDataLoss for a malformed line of the index; those of JudgeAnew and WriteDatasetCard.
 absl::StatusOr<JudgedVariant> JudgeVariant(const std::string& dir, const v1::StudySpec& study,
                                            const v1::VariantSpec& variant,
-                                           const std::map<FrameKey, double>& shares);
+                                           const std::map<FrameId, double>& shares);
 
 }  // namespace parallax

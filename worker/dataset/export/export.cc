@@ -14,9 +14,11 @@
 #include <set>
 #include <utility>
 
+#include "common/base/edit_distance.h"
 #include "common/base/hash.h"
 #include "common/base/system/file.h"
 #include "common/base/version.h"
+#include "common/config/check/field_rules.h"
 #include "common/config/frame_files.h"
 #include "common/config/training_plan.h"
 #include "worker/dataset/archive/dataset_reader.h"
@@ -59,9 +61,10 @@ absl::Status CheckWhole(const DatasetVariant& variant, const ExportOptions& opti
       return FailedPrecondition("{} has no infrared pictures (render.maps: [..., infrared])",
                                 frame.dir);
     }
-    std::vector<std::string> names = {
-        "left.png",           "right.png",           "disparity_left.exr", "disparity_right.exr",
-        "occlusion_left.png", "occlusion_right.png", "frame.json"};
+    v1::RenderConfig needed;
+    needed.add_maps("disparity");
+    needed.add_maps("occlusion");
+    std::vector<std::string> names = FrameFileNames(needed);
     if (options.infrared) names.insert(names.end(), kInfraredFiles, std::end(kInfraredFiles));
     for (const std::string& name : names) {
       const std::string path = frame.dir + "/" + name;
@@ -279,7 +282,8 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
   if (MakeExportLayout(options) == nullptr) {
     std::string names;
     for (const std::string& name : ExportLayouts()) names += (names.empty() ? "" : ", ") + name;
-    return InvalidArgument("no layout \"{}\" (there are {})", options.layout, names);
+    return InvalidArgument("no layout \"{}\"{} (there are {})", options.layout,
+                           NearestHint(options.layout, ExportLayouts()), names);
   }
   ASSIGN_OR_RETURN(Dataset dataset, ReadDataset(dir));
   const std::string from = dataset.dir;

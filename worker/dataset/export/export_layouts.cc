@@ -2,12 +2,14 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "common/base/system/file.h"
+#include "common/config/frame_maps.h"
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
 #include "worker/dataset/frame/frame_reader.h"
@@ -377,26 +379,55 @@ class WebDataset final : public ExportLayout {
     out.files.push_back({key + ".disp.npy", "", EncodeNpy(disparity)});
     ASSIGN_OR_RETURN(std::string occ, EncodePng(occlusion));
     out.files.push_back({key + ".occ.png", "", std::move(occ)});
-    for (const char* eye : {"left", "right"}) RETURN_IF_ERROR(AddExtras(frame, key, eye, out));
+    for (const char* eye : {"left", "right"}) {
+      RETURN_IF_ERROR(AddMore(frame, key, eye, occlusion, out));
+    }
     out.files.push_back({key + ".json", "", json.dump() + "\n"});
     out.list_line = key;
     return out;
   }
 
  private:
-  // Infrared pictures and the pair before rectification, where the frame has them.
-  static absl::Status AddExtras(const ExportFrame& frame, const std::string& key,
-                                const std::string& eye, FrameFiles& out) {
-    const auto has = [&](const std::string& name) { return frame.source->files.contains(name); };
-    for (const std::string& name : {"infrared_" + eye, "raw_" + eye, "raw_occlusion_" + eye}) {
-      if (!has(name + ".png")) continue;
-      ASSIGN_OR_RETURN(std::string png, ReadFile(frame.source->dir + "/" + name + ".png"));
-      out.files.push_back({key + "." + name + ".png", "", std::move(png)});
+  // The rows whose files are members of a sample: PNG first, by name.
+  static std::vector<const FrameMap*> MoreOfSamples() {
+    std::vector<const FrameMap*> rows;
+    for (const FrameMap& row : FrameMaps()) {
+      if (row.sample) rows.push_back(&row);
     }
-    const std::string flow = "raw_flow_" + eye;
-    if (!has(flow + ".exr")) return absl::OkStatus();
-    ASSIGN_OR_RETURN(const ImageF3 image, ReadExrRgb(frame.source->dir + "/" + flow + ".exr"));
-    out.files.push_back({key + "." + flow + ".npy", "", EncodeNpy(image)});
+    std::sort(rows.begin(), rows.end(), [](const FrameMap* a, const FrameMap* b) {
+      return std::pair(a->IsExr(), a->stem()) < std::pair(b->IsExr(), b->stem());
+    });
+    return rows;
+  }
+
+  // Adds an eye's further maps, as far as the frame has them. Sparse ones are there in each sample
+  // of a frame that might have them: readers leave out what the first samples lack.
+  static absl::Status AddMore(const ExportFrame& frame, const std::string& key,
+                              const std::string& eye, const ImageU8& size, FrameFiles& out) {
+    const auto has = [&](const FrameMap& row) {
+      return frame.source->files.contains(row.FileOf(eye));
+    };
+    for (const FrameMap* row : MoreOfSamples()) {
+      const bool none = row->sparse && !has(*row) && has(FrameMapOf(row->map));
+      if (!none && !has(*row)) continue;
+      const std::string name = key + "." + std::string(row->stem()) + "_" + eye;
+      const std::string path = frame.source->dir + "/" + row->FileOf(eye);
+      if (row->encoding == FrameMap::kFloatY) {
+        ImageF image(size.width(), size.height());
+        if (!none) {
+          ASSIGN_OR_RETURN(image, ReadExrY(path));
+        }
+        out.files.push_back({name + ".npy", "", EncodeNpy(image)});
+      } else if (row->IsExr()) {
+        ASSIGN_OR_RETURN(const ImageF3 image, ReadExrRgb(path));
+        out.files.push_back({name + ".npy", "", EncodeNpy(image)});
+      } else {
+        absl::StatusOr<std::string> png =
+            none ? EncodePng(ImageU16(size.width(), size.height())) : ReadFile(path);
+        RETURN_IF_ERROR(png.status());
+        out.files.push_back({name + ".png", "", *std::move(png)});
+      }
+    }
     return absl::OkStatus();
   }
 };

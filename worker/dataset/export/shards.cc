@@ -83,7 +83,9 @@ std::string ShardCard(const std::vector<Shard>& train, const std::vector<Shard>&
          "`occ.png` (255 = not visible in the right eye), where they were rendered "
          "`infrared_{left,right}.png`,\n"
          "`raw_{left,right}.png`, `raw_flow_{left,right}.npy` (x, y in pixels, 1 where known) and "
-         "`raw_occlusion_{left,right}.png`, and `json` (camera, tables of objects and "
+         "`raw_occlusion_{left,right}.png`, `layers_{left,right}.png` with `depthN_*.npy`, "
+         "`disparityN_*.npy`, `objectsN_*.png` and `materialsN_*.png` (what is behind glass and "
+         "water, N from 2 to 4), and `json` (camera, tables of objects and "
          "materials as lists of rows;\n"
          "seeds are strings of decimal digits).\n";
 }

@@ -1,8 +1,7 @@
 #include "worker/dataset/frame/frame_json.h"
 
-#include <algorithm>
-
 #include "common/base/version.h"
+#include "common/config/frame_maps.h"
 #include "common/math/raw_rig.h"
 #include "common/math/sequence.h"
 #include "common/math/stereo.h"
@@ -115,6 +114,22 @@ Json InfraredJson(const v1::Rig& rig, double exposure) {
   return json;
 }
 
+const char* ClearText(Clearness clear) {
+  return clear == Clearness::kThinGlass    ? "thin_glass"
+         : clear == Clearness::kSolidGlass ? "solid_glass"
+                                           : "water";
+}
+
+// The inner spaces of the place: which layers are exterior.
+Json LayersJson(const StereoFrame& frame) {
+  Json interiors = Json::array();
+  for (const Box3f& box : frame.interiors) {
+    interiors.push_back({{box.min().x(), box.min().y(), box.min().z()},
+                         {box.max().x(), box.max().y(), box.max().z()}});
+  }
+  return {{"interiors_m", interiors}};
+}
+
 }  // namespace
 
 std::string FrameJsonText(const Json& json) {
@@ -152,8 +167,7 @@ std::array<std::array<double, 4>, 4> MatrixOf(const v1::Transform& transform) {
 }
 
 absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig,
-                                      const FrameExposures& exposures,
-                                      const FrameStatistics& statistics,
+                                      const StereoFrame& frame, const FrameStatistics& statistics,
                                       const v1::RenderConfig& render) {
   ASSIGN_OR_RETURN(const SceneType* type, TypeOf(scene));
   Json json;
@@ -163,16 +177,17 @@ absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig
   json["baseline_m"] = rig.baseline_m();
   json["world_from_left"] = RowsOf(rig.world_from_left());
   json["world_from_right"] = RowsOf(ToProto(WorldFromEye(rig, 1)));
-  if (std::find(render.maps().begin(), render.maps().end(), "raw") != render.maps().end()) {
+  if (HasMap(render, "raw")) {
     json["raw"] = {{"left", RawJson(rig.raw_left())}, {"right", RawJson(rig.raw_right())}};
   }
   AddNeighbours(scene, rig, &json);
   json["near_m"] = statistics.min_depth_m;
   json["far_m"] = statistics.max_depth_m;
-  json["exposure"] = exposures.color;
-  if (std::find(render.maps().begin(), render.maps().end(), "infrared") != render.maps().end()) {
-    json["infrared"] = InfraredJson(rig, exposures.infrared);
+  json["exposure"] = double{frame.exposure};
+  if (HasMap(render, "infrared")) {
+    json["infrared"] = InfraredJson(rig, double{frame.infrared_exposure});
   }
+  if (HasMap(render, "layers")) json["layers"] = LayersJson(frame);
   json["rig"] = rig.index();
   json["room"] = type->describe(scene).kind;
   json["seeds"] = {{"scene", SeedText(scene.scene_seed())}};
@@ -195,9 +210,12 @@ absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig
     if (const auto object = type->grown(scene, index)) list(*object);
   }
   for (const v1::SceneMaterial& material : scene.materials()) {
-    materials[std::to_string(material.index())] = {{"class", material.material_class()},
-                                                   {"name", material.name()},
-                                                   {"seed", SeedText(material.seed())}};
+    Json& entry = materials[std::to_string(material.index())];
+    entry = {{"class", material.material_class()},
+             {"name", material.name()},
+             {"seed", SeedText(material.seed())}};
+    const auto clear = frame.clear_materials.find(material.index());
+    if (clear != frame.clear_materials.end()) entry["clear"] = ClearText(clear->second);
   }
   json["objects"] = objects;
   json["materials"] = materials;

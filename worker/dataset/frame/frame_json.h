@@ -14,16 +14,10 @@ namespace parallax {
 // Returns the pose as a row-major 4x4 matrix.
 std::array<std::array<double, 4>, 4> MatrixOf(const v1::Transform& transform);
 
-// As StereoFrame's.
-struct FrameExposures {
-  double color = 1, infrared = 1;
-};
-
 // Returns the text of frame.json. One top-level key a line, so that a person can read and diff it.
 // It holds no times: equal inputs give equal bytes. Errors: as TypeOf.
 absl::StatusOr<std::string> FrameJson(const v1::Scene& scene, const v1::Rig& rig,
-                                      const FrameExposures& exposures,
-                                      const FrameStatistics& statistics,
+                                      const StereoFrame& frame, const FrameStatistics& statistics,
                                       const v1::RenderConfig& render);
 
 // Returns the text of frame.json: one top-level key a line, one entry of the tables a line.

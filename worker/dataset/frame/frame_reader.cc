@@ -4,23 +4,9 @@
 
 #include "common/base/system/file.h"
 #include "common/image/io.h"
+#include "worker/dataset/frame/frame_images.h"
 
 namespace parallax {
-namespace {
-
-// Reads `path` into `image`; a file that is not there leaves it empty.
-template <typename ImageType>
-absl::Status ReadOptional(const std::string& path,
-                          absl::StatusOr<ImageType> (*read)(const std::string&), ImageType& image) {
-  absl::StatusOr<ImageType> result = read(path);
-  if (absl::IsNotFound(result.status())) return absl::OkStatus();
-  RETURN_IF_ERROR(result.status());
-  image = *std::move(result);
-  return absl::OkStatus();
-}
-
-}  // namespace
-
 absl::StatusOr<nlohmann::ordered_json> ReadFrameJson(const std::string& frame_dir) {
   const std::string path = frame_dir + "/frame.json";
   ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
@@ -50,11 +36,11 @@ absl::StatusOr<FrameOnDisk> ReadFrame(const std::string& dir) {
   ASSIGN_OR_RETURN(frame.json, ReadFrameJson(dir));
   ASSIGN_OR_RETURN(frame.left, ReadPngRgb8(dir + "/left.png"));
   ASSIGN_OR_RETURN(frame.right, ReadPngRgb8(dir + "/right.png"));
-  RETURN_IF_ERROR(ReadOptional(dir + "/disparity_left.exr", &ReadExrY, frame.left_disparity_px));
-  RETURN_IF_ERROR(ReadOptional(dir + "/occlusion_left.png", &ReadPngU8, frame.left_occlusion));
-  RETURN_IF_ERROR(ReadOptional(dir + "/objects_left.png", &ReadPngU16, frame.left_objects));
-  RETURN_IF_ERROR(ReadOptional(dir + "/materials_left.png", &ReadPngU16, frame.left_materials));
-  RETURN_IF_ERROR(ReadOptional(dir + "/normals_left.exr", &ReadExrRgb, frame.left_normals));
+  RETURN_IF_ERROR(ReadMapIfThere(dir, "disparity", "left", &frame.left_disparity_px));
+  RETURN_IF_ERROR(ReadMapIfThere(dir, "occlusion", "left", &frame.left_occlusion));
+  RETURN_IF_ERROR(ReadMapIfThere(dir, "objects", "left", &frame.left_objects));
+  RETURN_IF_ERROR(ReadMapIfThere(dir, "materials", "left", &frame.left_materials));
+  RETURN_IF_ERROR(ReadMapIfThere(dir, "normals", "left", &frame.left_normals));
   const auto fits = [&](const auto& image) {
     return image.empty() ||
            (image.width() == frame.left.width() && image.height() == frame.left.height());

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <vector>
 
+#include "worker/dataset/frame/frame_images.h"
 #include "worker/scene/types/scene_types.h"
 
 namespace parallax {
@@ -39,6 +40,21 @@ double Median(const Histogram& histogram) {
     if (sum >= half) return (static_cast<double>(i) + 0.5) * histogram.bin_width;
   }
   return 0;
+}
+
+// The objects in any map of objects, ascending, 0 left out.
+std::vector<uint32_t> ObjectsSeen(const StereoFrame& frame) {
+  std::vector<bool> is_seen(1 << 16);
+  for (const auto& [file, image] : ImagesOf(frame)) {
+    const auto* indices = std::get_if<const ImageU16*>(&image);
+    if (!file.starts_with("objects") || !indices) continue;
+    for (const uint16_t index : (*indices)->values()) is_seen[index] = true;
+  }
+  std::vector<uint32_t> seen;
+  for (uint32_t i = 1; i < is_seen.size(); ++i) {
+    if (is_seen[i]) seen.push_back(i);
+  }
+  return seen;
 }
 
 // Counts the pixels of objects that the place's rules made.
@@ -86,12 +102,7 @@ FrameStatistics ComputeStatistics(const v1::Scene& scene, const StereoFrame& fra
     const int64_t count = object.index() < objects.size() ? objects[object.index()] : 0;
     if (count > 0) statistics.object_pixels[ClassOf(object)] += count;
   }
-  const std::vector<int64_t> on_right = CountIndices(frame.right.objects);
-  for (uint32_t i = 1; i < std::max(objects.size(), on_right.size()); ++i) {
-    const bool seen =
-        (i < objects.size() && objects[i] > 0) || (i < on_right.size() && on_right[i] > 0);
-    if (seen) statistics.objects_seen.push_back(i);
-  }
+  statistics.objects_seen = ObjectsSeen(frame);
   AddGrown(scene, objects, statistics);
   const std::vector<int64_t> materials = CountIndices(left.materials);
   for (const v1::SceneMaterial& material : scene.materials()) {

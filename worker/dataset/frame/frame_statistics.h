@@ -27,7 +27,7 @@ struct FrameStatistics {
   Histogram disparity = DisparityHistogram();
   Histogram depth = DepthHistogram();
   std::map<std::string, int64_t> object_pixels;    // By class.
-  std::vector<uint32_t> objects_seen;              // By either eye, ascending, 0 left out.
+  std::vector<uint32_t> objects_seen;              // By either eye, in any layer.
   std::map<std::string, int64_t> material_pixels;  // By class.
 };
 

@@ -14,6 +14,7 @@
 #include "common/base/status.h"
 #include "common/base/system/clock.h"
 #include "common/base/system/log.h"
+#include "common/config/frame_maps.h"
 #include "common/store/store.h"
 #include "worker/dataset/frame/frame_writer.h"
 
@@ -142,10 +143,9 @@ void RendererCache::Keep(const std::string& key, std::unique_ptr<Renderer> rende
 std::string RendererCache::KeyOf(const v1::Scene& scene, const v1::RenderConfig& config) {
   v1::RenderConfig without_maps = config;
   without_maps.clear_maps();
-  // The only maps that change what is traced.
-  for (const char* map : {"raw", "flow", "infrared", "exact_occlusion"}) {
-    const auto& maps = config.maps();
-    if (std::find(maps.begin(), maps.end(), map) != maps.end()) without_maps.add_maps(map);
+  for (const FrameMap& row : FrameMaps()) {
+    if (row.pass == "truth" || row.pass == "film" || !HasMap(config, row.map)) continue;
+    without_maps.add_maps(std::string(row.map));
   }
   return Sha256Hex(Sha256Hex(scene.SerializeAsString()) + without_maps.SerializeAsString());
 }

@@ -25,7 +25,7 @@ class RendererCache {
   void Keep(const std::string& key, std::unique_ptr<Renderer> renderer);
 
   // Returns a key that is equal when a renderer can be used again: the recipe and all of the config
-  // but `maps`, of which only `raw` and `infrared` count.
+  // but `maps`, of which only those of passes of their own count.
   static std::string KeyOf(const v1::Scene& scene, const v1::RenderConfig& config);
 
  private:

@@ -7,7 +7,9 @@
 #include <filesystem>
 #include <utility>
 
+#include "common/config/frame_maps.h"
 #include "common/image/io.h"
+#include "worker/dataset/frame/frame_images.h"
 #include "worker/dataset/frame/frame_reader.h"
 #include "worker/dataset/frame/frame_statistics.h"
 #include "worker/dataset/sheets/drawing.h"
@@ -84,6 +86,7 @@ void DrawColorBar(Canvas& canvas, int x, int y, int width, double full_scale_px)
 
 struct Row {
   std::string name;  // Path below the dataset's folder.
+  std::string dir;
   FrameOnDisk frame;
   WarpDifference warp;
 };
@@ -123,7 +126,7 @@ void DrawWarp(Canvas& canvas, int x, int y, const WarpDifference& warp) {
 }
 
 // ---- Columns
-// The inputs of one legend.
+// The inputs of one tile and its legend.
 struct Cell {
   const Row& row;
   double full_scale_px;  // The disparity of the last colour.
@@ -131,91 +134,110 @@ struct Cell {
 };
 
 struct Column {
-  const char* title;
-  const char* file;  // In a frame's folder; a column whose file no frame has is left out.
-  bool exact;        // Indices: neighbouring pixels are not mixed.
-  int legend_lines;
-  ImageRgb8 (*tile)(const FrameOnDisk& frame, double full_scale_px);
-  void (*legend)(Canvas& canvas, const Cell& cell);
+  std::string title;
+  std::string file;  // In a frame's folder; a column whose file no frame has is left out.
+  const FrameMap* map = nullptr;  // Null: an eye's picture.
+  // Indices: neighbouring pixels are not mixed.
+  bool exact() const { return map && map->encoding == FrameMap::kIndex16; }
+  int legend_lines() const { return exact() ? kLegendRows : kLegendLines; }
 };
 
-void DrawIndexLegend(Canvas& canvas, const Cell& cell, const char* table, const ImageU16& indices) {
+std::vector<Column> AllColumns() {
+  std::vector<Column> columns = {{"left", "left.png"}, {"right", "right.png"}};
+  for (const FrameMap& row : FrameMaps()) {
+    if (!row.sheet.empty()) columns.push_back({std::string(row.sheet), row.FileOf("left"), &row});
+  }
+  return columns;
+}
+
+// Draws the legend of indices.
+void DrawIndexLegend(Canvas& canvas, const Cell& cell, const FrameMap& map,
+                     const ImageU16& indices) {
   const Json& json = cell.row.frame.json;
+  const std::string table(map.view);
   if (json.contains(table)) {
     DrawLegend(canvas, cell.x, cell.y, cell.width, indices, json[table]);
   }
 }
 
-const Column kColumns[] = {
-    {"left", "left.png", false, kLegendLines,
-     [](const FrameOnDisk& frame, double) { return frame.left; },
-     [](Canvas& canvas, const Cell& cell) {
-       DrawFacts(canvas, cell.x, cell.y, cell.width, cell.row);
-     }},
-    {"right", "right.png", false, kLegendLines,
-     [](const FrameOnDisk& frame, double) { return frame.right; },
-     [](Canvas& canvas, const Cell& cell) { DrawWarp(canvas, cell.x, cell.y, cell.row.warp); }},
-    {"disparity (left)", "disparity_left.exr", false, kLegendLines,
-     [](const FrameOnDisk& frame, double full_scale_px) {
-       return ColorDisparity(frame.left_disparity_px, full_scale_px);
-     },
-     [](Canvas& canvas, const Cell& cell) {
-       DrawColorBar(canvas, cell.x, cell.y, cell.width, cell.full_scale_px);
-     }},
-    {"occlusion (left)", "occlusion_left.png", false, kLegendLines,
-     [](const FrameOnDisk& frame, double) { return ColorOcclusion(frame.left_occlusion); },
-     [](Canvas& canvas, const Cell& cell) {
-       canvas.DrawText(cell.x, cell.y + 10, "white: hidden from or outside the right view", 8,
-                       kFaint);
-     }},
-    {"objects", "objects_left.png", true, kLegendRows,
-     [](const FrameOnDisk& frame, double) { return ColorIndices(frame.left_objects); },
-     [](Canvas& canvas, const Cell& cell) {
-       DrawIndexLegend(canvas, cell, "objects", cell.row.frame.left_objects);
-     }},
-    {"materials", "materials_left.png", true, kLegendRows,
-     [](const FrameOnDisk& frame, double) { return ColorIndices(frame.left_materials); },
-     [](Canvas& canvas, const Cell& cell) {
-       DrawIndexLegend(canvas, cell, "materials", cell.row.frame.left_materials);
-     }},
-    {"normals (left)", "normals_left.exr", false, kLegendLines,
-     [](const FrameOnDisk& frame, double) { return ColorNormals(frame.left_normals); },
-     [](Canvas& canvas, const Cell& cell) {
-       canvas.DrawText(cell.x, cell.y + 10, "camera's frame: red right, green up,", 8, kFaint);
-       canvas.DrawText(cell.x, cell.y + 26, "blue towards the camera", 8, kFaint);
-     }},
-};
+// Reads a column's map and draws its legend. Returns the tile; empty if the frame has no such file.
+absl::StatusOr<ImageRgb8> DrawCell(Canvas& canvas, const Column& column, const Cell& cell) {
+  const std::string& dir = cell.row.dir;
+  const auto say = [&](int line, const char* text) {
+    canvas.DrawText(cell.x, cell.y + 10 + 16 * line, text, 8, kFaint);
+  };
+  if (!column.map) {
+    const bool is_left = column.file == "left.png";
+    if (is_left) DrawFacts(canvas, cell.x, cell.y, cell.width, cell.row);
+    if (!is_left) DrawWarp(canvas, cell.x, cell.y, cell.row.warp);
+    return is_left ? cell.row.frame.left : cell.row.frame.right;
+  }
+  const FrameMap& map = *column.map;
+  switch (map.encoding) {
+    case FrameMap::kFloatY: {
+      ImageF disparity;
+      RETURN_IF_ERROR(ReadMapIfThere(dir, map.stem(), "left", &disparity));
+      if (disparity.empty()) return ImageRgb8();
+      DrawColorBar(canvas, cell.x, cell.y, cell.width, cell.full_scale_px);
+      return ColorDisparity(disparity, cell.full_scale_px);
+    }
+    case FrameMap::kIndex16: {
+      ImageU16 indices;
+      RETURN_IF_ERROR(ReadMapIfThere(dir, map.stem(), "left", &indices));
+      if (indices.empty()) return ImageRgb8();
+      DrawIndexLegend(canvas, cell, map, indices);
+      return ColorIndices(indices);
+    }
+    case FrameMap::kHalfRgb: {
+      ImageF3 normals;
+      RETURN_IF_ERROR(ReadMapIfThere(dir, map.stem(), "left", &normals));
+      if (normals.empty()) return ImageRgb8();
+      say(0, "camera's frame: red right, green up,");
+      say(1, "blue towards the camera");
+      return ColorNormals(normals);
+    }
+    default: {
+      ImageU8 mask;
+      RETURN_IF_ERROR(ReadMapIfThere(dir, map.stem(), "left", &mask));
+      if (mask.empty()) return ImageRgb8();
+      say(0, "white: hidden from or outside the right view");
+      return ColorOcclusion(mask);
+    }
+  }
+}
 
 // The columns that at least one of the frames has a file for.
-std::vector<const Column*> ColumnsOf(const std::vector<std::string>& frames) {
-  std::vector<const Column*> columns;
-  for (const Column& column : kColumns) {
+std::vector<Column> ColumnsOf(const std::vector<std::string>& frames) {
+  std::vector<Column> columns;
+  for (const Column& column : AllColumns()) {
     const bool found = std::any_of(frames.begin(), frames.end(), [&](const std::string& frame) {
       std::error_code error;
       return fs::exists(fs::path(frame) / column.file, error);
     });
-    if (found) columns.push_back(&column);
+    if (found) columns.push_back(column);
   }
   return columns;
 }
 
-void DrawRow(Canvas& canvas, const std::vector<const Column*>& columns, int y, int tile_width,
-             int tile_height, const Row& row) {
+absl::Status DrawRow(Canvas& canvas, const std::vector<Column>& columns, int y, int tile_width,
+                     int tile_height, const Row& row) {
   const FrameOnDisk& frame = row.frame;
   const double full_scale_px =
       frame.left_disparity_px.empty() ? 1 : FullScale(frame.left_disparity_px);
   int x = kSheetMargin;
-  for (const Column* column : columns) {
-    const ImageRgb8 tile = column->tile(frame, full_scale_px);
+  for (const Column& column : columns) {
+    ASSIGN_OR_RETURN(
+        const ImageRgb8 tile,
+        DrawCell(canvas, column, {row, full_scale_px, x, y + tile_height + 10, tile_width}));
     canvas.FillBox(x, y, tile_width, tile_height, kPanel);
     if (tile.empty()) {
       canvas.DrawText(x + 12, y + tile_height / 2, "not written", 10, kFaint);
     } else {
-      canvas.DrawImage(x, y, tile_width, tile_height, tile, column->exact);
-      column->legend(canvas, {row, full_scale_px, x, y + tile_height + 10, tile_width});
+      canvas.DrawImage(x, y, tile_width, tile_height, tile, column.exact());
     }
     x += tile_width + kGap;
   }
+  return absl::OkStatus();
 }
 
 std::string TitleOf(const std::string& dir) {
@@ -286,9 +308,9 @@ absl::StatusOr<ContactSheetResult> MakeContactSheet(const std::string& dir,
   const int tile_height = std::max(
       1,
       static_cast<int>(std::lround(double(tile_width) * first.left.height() / first.left.width())));
-  const std::vector<const Column*> columns = ColumnsOf(chosen);
+  const std::vector<Column> columns = ColumnsOf(chosen);
   int lines = 0;
-  for (const Column* column : columns) lines = std::max(lines, column->legend_lines);
+  for (const Column& column : columns) lines = std::max(lines, column.legend_lines());
   const int row_height = tile_height + 10 + lines * kLegendRow + kRowGap;
   const auto count_of_columns = static_cast<int>(columns.size());
   Canvas canvas(2 * kSheetMargin + count_of_columns * (tile_width + kGap) - kGap,
@@ -300,21 +322,22 @@ absl::StatusOr<ContactSheetResult> MakeContactSheet(const std::string& dir,
                   12, kFaint);
   for (int i = 0; i < count_of_columns; ++i) {
     canvas.DrawText(kSheetMargin + i * (tile_width + kGap), kHeader - 12,
-                    columns[static_cast<size_t>(i)]->title, 10.5, kAccent);
+                    columns[static_cast<size_t>(i)].title, 10.5, kAccent);
   }
 
   std::vector<double> medians;
   for (size_t i = 0; i < chosen.size(); ++i) {
     Row row;
     ASSIGN_OR_RETURN(row.frame, ReadFrame(chosen[i]));
+    row.dir = chosen[i];
     row.name = fs::path(chosen[i]).lexically_relative(dir).string();
     if (!row.frame.left_disparity_px.empty() && !row.frame.left_occlusion.empty()) {
       row.warp = WarpCheck(row.frame.left, row.frame.right, row.frame.left_disparity_px,
                            row.frame.left_occlusion);
       if (row.warp.median >= 0) medians.push_back(row.warp.median);
     }
-    DrawRow(canvas, columns, kHeader + static_cast<int>(i) * row_height, tile_width, tile_height,
-            row);
+    RETURN_IF_ERROR(DrawRow(canvas, columns, kHeader + static_cast<int>(i) * row_height, tile_width,
+                            tile_height, row));
   }
   result.frames = static_cast<int>(chosen.size());
   result.warp_median_difference = MedianOf(medians);

@@ -21,12 +21,12 @@ namespace {
 
 constexpr int kVariantsMargin = 24, kGap = 8, kTitle = 60, kLabel = 24, kBlockTitle = 34;
 
-std::set<FrameKey> CommonKeys(const Dataset& dataset) {
-  std::map<FrameKey, size_t> count;
+std::set<FrameId> CommonKeys(const Dataset& dataset) {
+  std::map<FrameId, size_t> count;
   for (const DatasetVariant& variant : dataset.variants) {
     for (const DatasetFrame& frame : variant.frames) ++count[{frame.scene, frame.rig}];
   }
-  std::set<FrameKey> common;
+  std::set<FrameId> common;
   for (const auto& [key, variants] : count) {
     if (variants == dataset.variants.size()) common.insert(key);
   }
@@ -62,7 +62,7 @@ double NearDisparity(const ImageF& disparity_px) {
 
 // The scale that suits the variant with the largest disparities, so that other baselines show and
 // no picture is of one colour. 0 without disparity maps.
-absl::StatusOr<double> SharedScale(const Dataset& dataset, const FrameKey& key) {
+absl::StatusOr<double> SharedScale(const Dataset& dataset, const FrameId& key) {
   double full_scale_px = 0;
   for (const DatasetVariant& variant : dataset.variants) {
     const std::string path = variant.dir + "/" + FramePath(key) + "/disparity_left.exr";
@@ -92,12 +92,12 @@ absl::StatusOr<VariantSheetResult> MakeVariantSheet(const std::string& dir,
   if (dataset.variants.size() < 2) {
     return FailedPrecondition("{}: has one variant, so there is nothing to compare", dir);
   }
-  const std::set<FrameKey> common = CommonKeys(dataset);
+  const std::set<FrameId> common = CommonKeys(dataset);
   if (common.empty()) {
     return FailedPrecondition("{}: no pair is common to all variants", dir);
   }
   SortAsInStudy(dataset.dir, dataset.variants);
-  const std::vector<FrameKey> all(common.begin(), common.end());
+  const std::vector<FrameId> all(common.begin(), common.end());
   const size_t blocks = std::min(all.size(), static_cast<size_t>(std::max(options.max_pairs, 1)));
   const int columns = std::clamp(options.columns, 1, static_cast<int>(dataset.variants.size()));
   const int rows = (static_cast<int>(dataset.variants.size()) + columns - 1) / columns;
@@ -119,7 +119,7 @@ absl::StatusOr<VariantSheetResult> MakeVariantSheet(const std::string& dir,
   DrawFitted(canvas, 32, name + ": the same pair in each of its variants", 15, kText, true);
   DrawFitted(canvas, 52, "left images; disparities of a pair to one scale", 10, kFaint, false);
   for (size_t b = 0; b < blocks; ++b) {
-    const FrameKey key = all[blocks == 1 ? 0 : b * (all.size() - 1) / (blocks - 1)];
+    const FrameId key = all[blocks == 1 ? 0 : b * (all.size() - 1) / (blocks - 1)];
     const int top = kTitle + static_cast<int>(b) * block_height;
     canvas.DrawText(kVariantsMargin, top + 20,
                     fmt::format("scene {}, rig {}", key.first, key.second), 11, kFaint);

@@ -17,29 +17,23 @@ void ReadPose(const Json& rows, Eigen::Matrix4d& pose) {
   }
 }
 
-template <typename ImageType>
-void Read(const CheckedFrame& frame, const std::string& file,
-          absl::StatusOr<ImageType> (*read)(const std::string&), ImageType& image) {
-  absl::StatusOr<ImageType> result = read(frame.index.dir + "/" + file);
-  if (absl::IsNotFound(result.status())) return;  // CheckFiles knows what must be there.
-  if (!result.ok()) {
-    frame.Find("image", file, std::string(ToStd(result.status().message())));
-    return;
-  }
-  if (result->width() != frame.k.width || result->height() != frame.k.height) {
-    frame.Find("size", file,
-               fmt::format("{}x{}, frame.json says {}x{}", result->width(), result->height(),
-                           frame.k.width, frame.k.height));
-    return;
-  }
-  image = *std::move(result);
-}
-
 }  // namespace
 
 void CheckedFrame::Find(const char* check, const std::string& file,
                         const std::string& message) const {
   findings.push_back({check, index.dir + (file.empty() ? "" : "/" + file), message});
+}
+
+bool CheckedFrame::IsUsable(const std::string& file, const absl::Status& status, int width,
+                            int height) const {
+  if (absl::IsNotFound(status)) return false;  // CheckFiles knows what must be there.
+  if (!status.ok()) {
+    Find("image", file, std::string(ToStd(status.message())));
+    return false;
+  }
+  if (width == k.width && height == k.height) return true;
+  Find("size", file, fmt::format("{}x{}, frame.json says {}x{}", width, height, k.width, k.height));
+  return false;
 }
 
 void CheckedFrame::FindPixels(const char* check, const std::string& file, size_t count,
@@ -78,15 +72,16 @@ std::optional<CheckedFrame> ReadNumbers(const DatasetFrame& index, std::vector<F
 
 void ReadMaps(CheckedFrame& frame) {
   for (CheckedEye& eye : frame.eyes) {
-    Read(frame, eye.name + ".png", &ReadPngRgb8, eye.color);
-    Read(frame, "depth_" + eye.name + ".exr", &ReadExrY, eye.depth);
-    Read(frame, "disparity_" + eye.name + ".exr", &ReadExrY, eye.disparity);
-    Read(frame, "occlusion_" + eye.name + ".png", &ReadPngU8, eye.occlusion);
-    Read(frame, "exact_occlusion_" + eye.name + ".png", &ReadPngU8, eye.exact_occlusion);
-    Read(frame, "masks_" + eye.name + ".png", &ReadPngU8, eye.masks);
-    Read(frame, "objects_" + eye.name + ".png", &ReadPngU16, eye.objects);
-    Read(frame, "materials_" + eye.name + ".png", &ReadPngU16, eye.materials);
-    Read(frame, "normals_" + eye.name + ".exr", &ReadExrRgb, eye.normals);
+    const absl::StatusOr<ImageRgb8> color = ReadPngRgb8(frame.index.dir + "/" + eye.name + ".png");
+    frame.Take(eye.name + ".png", color.status(), color.ok() ? *color : ImageRgb8(), &eye.color);
+    frame.ReadMap("depth", eye, &eye.depth);
+    frame.ReadMap("disparity", eye, &eye.disparity);
+    frame.ReadMap("occlusion", eye, &eye.occlusion);
+    frame.ReadMap("exact_occlusion", eye, &eye.exact_occlusion);
+    frame.ReadMap("masks", eye, &eye.masks);
+    frame.ReadMap("objects", eye, &eye.objects);
+    frame.ReadMap("materials", eye, &eye.materials);
+    frame.ReadMap("normals", eye, &eye.normals);
   }
 }
 

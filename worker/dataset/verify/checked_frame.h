@@ -7,10 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/image/image.h"
 #include "worker/dataset/archive/dataset_reader.h"
+#include "worker/dataset/frame/frame_images.h"
 #include "worker/dataset/frame/frame_reader.h"
 #include "worker/dataset/verify/verify.h"
 
@@ -36,6 +38,21 @@ struct CheckedFrame {
   double baseline_m = 0;
   std::array<CheckedEye, 2> eyes = {CheckedEye{"left"}, CheckedEye{"right"}};
 
+  // Reads an eye's file of the row with that stem. One that is not there leaves the image empty;
+  // one that can't be read, or of another size than frame.json says, is a finding, too.
+  template <typename ImageType>
+  void ReadMap(std::string_view stem, const CheckedEye& eye, ImageType* image) const {
+    ImageType read;
+    const absl::Status status = parallax::ReadMap(index.dir, stem, eye.name, &read);
+    Take(MapFile(stem, eye.name), status, std::move(read), image);
+  }
+  // Sets `image` to what was read of `file` with that status, as ReadMap does.
+  template <typename ImageType>
+  void Take(const std::string& file, const absl::Status& status, ImageType read,
+            ImageType* image) const {
+    if (IsUsable(file, status, read.width(), read.height())) *image = std::move(read);
+  }
+
   // Appends a finding in `file` of the frame's folder; "": in the folder itself.
   void Find(const char* check, const std::string& file, const std::string& message) const;
 
@@ -46,6 +63,7 @@ struct CheckedFrame {
               double tolerated = 0) const;
 
  private:
+  bool IsUsable(const std::string& file, const absl::Status& status, int width, int height) const;
   void FindPixels(const char* check, const std::string& file, size_t count, size_t first,
                   const std::string& message) const;
 };

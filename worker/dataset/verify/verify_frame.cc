@@ -12,6 +12,7 @@
 #include "worker/dataset/verify/checked_frame.h"
 #include "worker/dataset/verify/verify_filters.h"
 #include "worker/dataset/verify/verify_infrared.h"
+#include "worker/dataset/verify/verify_layers.h"
 #include "worker/dataset/verify/verify_occlusion.h"
 #include "worker/dataset/verify/verify_raw.h"
 
@@ -182,6 +183,7 @@ void CheckFrame(const DatasetFrame& index, std::vector<Finding>& findings) {
     CheckNormals(*frame, eye);
   }
   CheckOcclusion(*frame);
+  CheckLayers(*frame);
   CheckFilters(*frame);
   if (frame->json.contains("raw")) Append(CheckRawPair(index, frame->json), findings);
   if (frame->json.contains("infrared")) Append(CheckInfrared(index, frame->json), findings);

@@ -24,7 +24,8 @@ absl::StatusOr<Benchmark> OpenPairFolder(const std::string& dir) {
   if (!fs::is_directory(dir, error)) {
     return NotFound("{}: no such folder", dir);
   }
-  const std::string root = fs::absolute(dir).lexically_normal();
+  std::string root = fs::absolute(dir).lexically_normal();
+  while (root.size() > 1 && root.back() == '/') root.pop_back();
   Benchmark benchmark;
   benchmark.own = true;
   benchmark.headline = {.measure = BadAt(2)};
@@ -46,6 +47,10 @@ absl::StatusOr<Benchmark> OpenPairFolder(const std::string& dir) {
                              .mask = FirstOf(at, {"mask0nocc.png"})};
     if (truth.left.empty()) truth.left = at + "disp0GT.pfm";
     files.insert(files.end(), {at + "im0.png", at + "im1.png", truth.left});
+    for (const std::string& file :
+         {at + "im0.png", at + "im1.png", truth.left, truth.right, truth.mask}) {
+      if (!file.empty()) benchmark.files.push_back({file, file.substr(root.size() + 1)});
+    }
     const std::string name =
         PlainName(folder.empty() ? fs::path(at).parent_path().filename().string() : folder);
     const auto [first, is_new] = folder_by_name.try_emplace(name, folder);

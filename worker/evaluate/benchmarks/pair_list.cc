@@ -95,6 +95,18 @@ absl::StatusOr<std::optional<float>> ScaleIn(const std::vector<std::string>& fie
   return InvalidArgument("scale: wanted a number above 0, the value of one pixel of disparity");
 }
 
+// Notes the files of the next pair, and its line in the list of a copy.
+void AddToCopy(const std::vector<std::string>& fields, Benchmark& benchmark) {
+  constexpr const char* kRoles[] = {"left", "right", "disparity", "mask"};
+  for (size_t i = 0; i < fields.size(); ++i) {
+    const std::string name = fmt::format("{:04}-{}/{}", benchmark.pairs.size(), kRoles[i],
+                                         PlainName(fs::path(fields[i]).filename()));
+    benchmark.files.push_back({fields[i], name});
+    benchmark.list += (i > 0 ? " " : "") + name;
+  }
+  benchmark.list += "\n";
+}
+
 absl::StatusOr<Benchmark> OpenPairList(const std::string& path) {
   ASSIGN_OR_RETURN(std::string text, ReadFile(path));
   if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
@@ -128,6 +140,7 @@ absl::StatusOr<Benchmark> OpenPairList(const std::string& path) {
     if (!scale.ok()) return WithContext(scale.status(), place);
     if (*scale) {
       steps = *scale;
+      benchmark.list += fmt::format("scale: {}\n", *steps);
       continue;
     }
     if (fields.size() < 3 || fields.size() > 4) {
@@ -138,6 +151,7 @@ absl::StatusOr<Benchmark> OpenPairList(const std::string& path) {
     }
     for (std::string& field : fields) field = absolute(field);
     files.insert(files.end(), fields.begin(), fields.end());
+    AddToCopy(fields, benchmark);
     const std::string truth = fields[2], mask = fields.size() > 3 ? fields[3] : "";
     benchmark.pairs.push_back(
         {.name = PairName(static_cast<int>(benchmark.pairs.size()), fields[0]),

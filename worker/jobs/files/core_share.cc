@@ -10,6 +10,7 @@
 #include <chrono>
 #include <thread>
 
+#include "common/base/system/file.h"
 #include "worker/jobs/files/store_files.h"
 
 namespace parallax {

@@ -83,11 +83,13 @@ void FinishedFrames::Note(const v1::FrameResult& frame) {
   }
 }
 
-absl::StatusOr<v1::FrameResult> FinishedFrames::TakeOverFrom(
-    const std::string& earlier, uint32_t rig, const std::vector<std::string>& wanted) {
+absl::StatusOr<v1::FrameResult> FinishedFrames::TakeOverFrom(const std::string& earlier,
+                                                             uint32_t rig,
+                                                             const v1::RenderConfig& render) {
   ASSIGN_OR_RETURN(const std::string note, folder_.store->Get(earlier + "/" + NoteOf(rig)));
   v1::FrameResult frame;
-  if (!frame.ParseFromString(note) || frame.rig() != rig || FileNamesOf(frame) != wanted) {
+  if (!frame.ParseFromString(note) || frame.rig() != rig ||
+      !AreFrameFiles(FileNamesOf(frame), render)) {
     return DataLoss("the note on rig {} in {} is none of this job's", rig, earlier);
   }
   const std::string dir = folder_.dir + "/" + RigFolder(rig);
@@ -109,11 +111,10 @@ absl::StatusOr<std::vector<v1::FrameResult>> FinishedFrames::TakeOver(const v1::
   std::vector<v1::FrameResult> taken;
   if (job.earlier_folders().empty() || folder_.store == nullptr) return taken;
   RETURN_IF_ERROR(MakeAttemptFolder(folder_.dir));
-  const std::vector<std::string> wanted = FrameFileNames(job.render());
   for (const uint32_t rig : job.rigs()) {
     for (const std::string& earlier : job.earlier_folders()) {
       if (cancel.cancelled()) return Cancelled("while pairs were taken over");
-      absl::StatusOr<v1::FrameResult> frame = TakeOverFrom(earlier, rig, wanted);
+      absl::StatusOr<v1::FrameResult> frame = TakeOverFrom(earlier, rig, job.render());
       if (frame.ok()) {
         // A job of one pair leaves it where it was found, too.
         if (job.rigs_size() > 1) Note(*frame);

@@ -46,7 +46,7 @@ class FinishedFrames {
  private:
   absl::Status SendAndNote(const v1::FrameResult& frame);
   absl::StatusOr<v1::FrameResult> TakeOverFrom(const std::string& earlier, uint32_t rig,
-                                               const std::vector<std::string>& wanted);
+                                               const v1::RenderConfig& render);
 
   const AttemptFolder& folder_;
   std::set<uint32_t> noted_;

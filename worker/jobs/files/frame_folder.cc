@@ -17,6 +17,7 @@
 #include "worker/dataset/archive/verdicts.h"
 #include "worker/dataset/frame/frame_reader.h"
 #include "worker/dataset/frame/sensor_stage.h"
+#include "worker/jobs/files/behind_truth.h"
 #include "worker/jobs/files/store_files.h"
 
 namespace parallax {
@@ -131,6 +132,12 @@ class Bringer {
       const std::vector<std::string> more = FilesForSensor(set_.sensor());
       read.insert(read.end(), more.begin(), more.end());
     }
+    // A picture alone is the same with either truth.
+    const bool behind = set_.truth() == "behind" && names.size() > 1;
+    if (behind) {
+      const std::vector<std::string> more = FilesForBehindTruth();
+      read.insert(read.end(), more.begin(), more.end());
+    }
     ASSIGN_OR_RETURN(const Files files, FilesOf(path, read));
     Pieces pieces;
     for (const std::string& name : names) {
@@ -141,7 +148,26 @@ class Bringer {
       const absl::Status made = PutExposed(files, pieces);
       if (!made.ok()) return WithContext(made, path);
     }
+    if (behind) {
+      auto made = MakeBehindTruth([&files](const std::string& name) {
+        const auto file = files.find(name);
+        return file == files.end() ? std::string() : file->second.path;
+      });
+      if (!made.ok()) return WithContext(made.status(), path);
+      Put(*std::move(made), pieces);
+    }
     return pieces;
+  }
+
+  // Puts files that were made in place of the frame's own.
+  static void Put(std::map<std::string, std::string> made, Pieces& pieces) {
+    for (auto& [name, bytes] : made) {
+      const auto piece = pieces.find(name);
+      if (piece == pieces.end()) continue;
+      piece->second.file.size = static_cast<int64_t>(bytes.size());
+      piece->second.file.sha256 = Sha256Hex(bytes);
+      piece->second.made = std::move(bytes);
+    }
   }
 
   absl::Status PutExposed(const Files& files, Pieces& pieces) const {
@@ -157,13 +183,7 @@ class Bringer {
     };
     ASSIGN_OR_RETURN(auto made,
                      MakeSensorFiles(set_.sensor(), SensorKey(set_.sensor(), entries), path_of));
-    for (auto& [name, bytes] : made) {
-      const auto piece = pieces.find(name);
-      if (piece == pieces.end()) continue;
-      piece->second.file.size = static_cast<int64_t>(bytes.size());
-      piece->second.file.sha256 = Sha256Hex(bytes);
-      piece->second.made = std::move(bytes);
-    }
+    Put(std::move(made), pieces);
     return absl::OkStatus();
   }
 

@@ -30,7 +30,7 @@ struct FrameFolderOptions {
   bool mismatched = false;
   // For a curated set: each frame's share of pixels that networks miss. Frames above
   // filters.max_ambiguous_share are rejected too. Null: the set is not curated.
-  const std::map<FrameKey, double>* ambiguous_shares = nullptr;
+  const std::map<FrameId, double>* ambiguous_shares = nullptr;
   CancelToken cancel;
   std::function<void(double fraction)> progress = [](double) {};
 };
@@ -44,7 +44,8 @@ struct FrameFolderFacts {
 
 // Writes `dir`/index.jsonl, dataset.json and frames/<scene>/<rig>/. Files are hard links if
 // possible, else symbolic links to a store's folder or copies of the cache's files. The same set
-// gives the same folder on every machine. `dir` ends in the variant's name.
+// gives the same folder on every machine. `dir` ends in the variant's name. With set.truth
+// "behind", the maps are those of the last layer (behind_truth.h).
 //
 // Errors: kFailedPrecondition when no frame is left, and when two are needed for `mismatched`;
 // kCancelled; those of Judge, the store and the cache.

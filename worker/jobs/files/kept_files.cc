@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "common/base/hash.h"
+#include "common/base/system/file.h"
 #include "common/store/store.h"
 #include "worker/jobs/files/store_files.h"
 

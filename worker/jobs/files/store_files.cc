@@ -1,7 +1,6 @@
 #include "worker/jobs/files/store_files.h"
 
 #include <algorithm>
-#include <filesystem>
 
 namespace parallax {
 
@@ -19,12 +18,6 @@ absl::StatusOr<std::string> GetWhole(const Store& store, const std::string& path
   if (static_cast<int64_t>(bytes.size()) == size) return bytes;
   return DataLoss("{}: damaged: the store gives {} bytes of it where {} are expected", path,
                   bytes.size(), size);
-}
-
-absl::Status MakeFolders(const std::string& dir) {
-  std::error_code error;
-  std::filesystem::create_directories(dir, error);
-  return error ? ErrnoError(error.value(), "make " + dir) : absl::OkStatus();
 }
 
 }  // namespace parallax

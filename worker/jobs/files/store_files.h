@@ -12,7 +12,4 @@ namespace parallax {
 // size is not `size` bytes.
 absl::StatusOr<std::string> GetWhole(const Store& store, const std::string& path, int64_t size);
 
-// Makes the folder `dir` of this machine, with its parents. Errors: those of mkdir(2).
-absl::Status MakeFolders(const std::string& dir);
-
 }  // namespace parallax

@@ -124,7 +124,7 @@ class Maker {
     return absl::OkStatus();
   }
 
-  absl::StatusOr<std::map<FrameKey, double>> SharesOf(int part, const std::string& dir) {
+  absl::StatusOr<std::map<FrameId, double>> SharesOf(int part, const std::string& dir) {
     FrameFolderOptions bring;
     bring.files = FilesForTraining();
     bring.cancel = options_.cancel;
@@ -173,7 +173,7 @@ class Maker {
   const TrainingDataOptions& options_;
   const FrameCache cache_;
   TrainingDataFolder data_;
-  std::vector<std::map<FrameKey, double>> shares_;  // By part of a curated set.
+  std::vector<std::map<FrameId, double>> shares_;  // By part of a curated set.
 };
 
 }  // namespace

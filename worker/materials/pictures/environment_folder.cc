@@ -33,6 +33,7 @@ absl::StatusOr<EnvironmentFolder> ReadEnvironmentFolder(const std::string& dir) 
   folder.sha256 = ContentHashOf(files);
   std::lock_guard<std::mutex> lock(EnvironmentsMutex());
   for (const FolderFile& file : files) {
+    folder.names.push_back(file.name);
     folder.seeds.push_back(ContentSeed(file.sha256));
     EnvironmentPlaces()[folder.seeds.back()] = {dir, file};
   }

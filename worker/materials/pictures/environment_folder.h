@@ -11,8 +11,9 @@ namespace parallax {
 
 // The content of such a folder.
 struct EnvironmentFolder {
-  std::vector<uint64_t> seeds;  // By the contents of the pictures, in order of names; at least one.
-  std::string sha256;           // Over their names and contents.
+  std::vector<std::string> names;  // Sorted; at least one.
+  std::vector<uint64_t> seeds;     // By the contents of the pictures, in order of names.
+  std::string sha256;              // Over their names and contents.
 };
 
 // Reads the pictures (.hdr, .exr) in `dir` and the folders below it, and remembers their paths in

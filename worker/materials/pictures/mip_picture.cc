@@ -19,14 +19,29 @@ Vec3f PixelValue(const uint8_t* p, MipPicture::Values values) {
   return Vec3f(p[0], p[1], p[2]) / 255.0f;
 }
 
-int Wrapped(int i, int size) {
-  const int rest = i % size;
-  return rest < 0 ? rest + size : rest;
+int Wrapped(int i, int size, MipPicture::Edge edge) {
+  if (edge == MipPicture::Edge::kClamp) return std::clamp(i, 0, size - 1);
+  const int period = edge == MipPicture::Edge::kMirror ? 2 * size : size;
+  const int rest = i % period, at = rest < 0 ? rest + period : rest;
+  return at < size ? at : period - 1 - at;
+}
+
+// Brings a coordinate close to the picture: integers of pixels must hold it.
+float Near(float u, MipPicture::Edge edge) {
+  switch (edge) {
+    case MipPicture::Edge::kRepeat:
+      return u - std::floor(u);
+    case MipPicture::Edge::kMirror:
+      return u - 2 * std::floor(0.5f * u);
+    case MipPicture::Edge::kClamp:
+      break;
+  }
+  return std::clamp(u, -1.0f, 2.0f);
 }
 
 }  // namespace
 
-MipPicture::MipPicture(const ImageRgb8& image, Values values, Edge edge) : edge_(edge) {
+MipPicture::MipPicture(const ImageRgb8& image, Values values, Edges edges) : edges_(edges) {
   Level level{image.width(), image.height(), {}};
   level.pixels.reserve(image.pixels());
   for (int y = 0; y < image.height(); ++y) {
@@ -41,9 +56,8 @@ MipPicture::MipPicture(const ImageRgb8& image, Values values, Edge edge) : edge_
 }
 
 const Vec3f& MipPicture::Pixel(const Level& level, int x, int y) const {
-  const bool repeat = edge_ == Edge::kRepeat;
-  x = repeat ? Wrapped(x, level.width) : std::clamp(x, 0, level.width - 1);
-  y = repeat ? Wrapped(y, level.height) : std::clamp(y, 0, level.height - 1);
+  x = Wrapped(x, level.width, edges_.u);
+  y = Wrapped(y, level.height, edges_.v);
   return level
       .pixels[static_cast<size_t>(y) * static_cast<size_t>(level.width) + static_cast<size_t>(x)];
 }
@@ -73,10 +87,8 @@ Vec3f MipPicture::At(float u, float v, float width) const {
   const auto size = static_cast<float>(std::max(levels_[0].width, levels_[0].height));
   const float level = std::clamp(std::log2(std::max(1e-6f, width * size)), 0.0f,
                                  static_cast<float>(levels_.size() - 1));
-  if (edge_ == Edge::kRepeat) {
-    u -= std::floor(u);
-    v -= std::floor(v);
-  }
+  u = Near(u, edges_.u);
+  v = Near(v, edges_.v);
   const auto low = static_cast<size_t>(level);
   const size_t high = std::min(low + 1, levels_.size() - 1);
   return Mix(Bilinear(levels_[low], u, 1 - v), Bilinear(levels_[high], u, 1 - v),

@@ -15,11 +15,15 @@ class MipPicture {
     kColor,   // sRGB, converted to linear and limited to albedos.
     kNumber,  // Linear values in [0, 1].
   };
-  enum class Edge { kClamp, kRepeat };
+  enum class Edge { kClamp, kRepeat, kMirror };
+  // What lies beyond the picture along u and along v.
+  struct Edges {
+    Edge u = Edge::kRepeat, v = Edge::kRepeat;
+  };
 
   // Builds the levels. A picture of more than 1024 pixels in width or height is first halved until
   // it fits. Requires a picture that is not empty.
-  MipPicture(const ImageRgb8& image, Values values, Edge edge);
+  MipPicture(const ImageRgb8& image, Values values, Edges edges);
 
   // Returns the value at (u, v), where the picture is [0, 1]^2 and v goes up from the bottom;
   // averaged over a square of about `width`, in units of u.
@@ -34,7 +38,7 @@ class MipPicture {
   const Vec3f& Pixel(const Level& level, int x, int y) const;
   Vec3f Bilinear(const Level& level, float u, float v) const;
 
-  const Edge edge_;
+  const Edges edges_;
   std::vector<Level> levels_;
 };
 

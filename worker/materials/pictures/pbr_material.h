@@ -10,28 +10,38 @@
 
 #include "common/image/image.h"
 #include "worker/materials/kernel/material.h"
+#include "worker/materials/pictures/mip_picture.h"
 
 namespace parallax {
+
+// A picture on a surface: its own (u, v) is `turn` * (u, v) + `offset` of the surface's.
+struct PbrPicture {
+  ImageRgb8 image;
+  Eigen::Matrix2f turn = Eigen::Matrix2f::Identity();
+  Vec2f offset = Vec2f::Zero();
+  MipPicture::Edges edges;
+};
 
 // A number at each point: `factor`, times one channel of a picture if there is one.
 struct PbrNumber {
   float factor = 1;
-  std::optional<ImageRgb8> picture;
+  std::optional<PbrPicture> picture;
   int channel = 0;
 };
 
 // The pictures of one material.
 struct PbrPictures {
-  Vec3f color = Vec3f::Ones();      // Linear; multiplies the picture if there is one.
-  std::optional<ImageRgb8> albedo;  // sRGB.
+  Vec3f color = Vec3f::Ones();       // Linear; multiplies the picture if there is one.
+  std::optional<PbrPicture> albedo;  // sRGB.
   PbrNumber roughness{0.6f, {}, 0}, metallic{0, {}, 0};
   // Tangent space, x along u and y along v, in [0, 255] for [-1, 1].
-  std::optional<ImageRgb8> normal;
+  std::optional<PbrPicture> normal;
+  float normal_scale = 1;  // Of its x and y.
 };
 
 // How the pictures are mapped to a surface.
 enum class PbrMapping {
-  kUv,     // Over uv, repeated: by a mesh's own coordinates.
+  kUv,     // Over uv: by a mesh's own coordinates.
   kPlane,  // On the texture plane across the surface, in tiles of kPbrTile_m.
 };
 // Side of a tile, metres.

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <cerrno>
 #include <filesystem>
@@ -59,38 +60,109 @@ absl::StatusOr<std::string> HashOf(const std::string& path) {
   return hash;
 }
 
-// Returns the files below `dir` with these endings, in no order and without hashes. A `dir` that is
-// no folder has none.
-absl::StatusOr<std::vector<FolderFile>> NamesBelow(const std::string& dir,
-                                                   std::span<const std::string_view> endings) {
-  std::vector<FolderFile> files;
-  std::error_code error, of_file;
-  if (!fs::is_directory(dir, of_file)) return files;
-  fs::recursive_directory_iterator at(dir, error);
-  for (const fs::recursive_directory_iterator end; !error && at != end; at.increment(error)) {
-    if (!at->is_regular_file(of_file) || !EndsIn(at->path(), endings)) continue;
-    files.push_back({at->path().lexically_relative(dir).string(), ""});
-  }
-  if (error) return ErrnoError(error.value(), "walk " + dir);
-  return files;
+std::atomic<bool>& FollowsLinks() {
+  static std::atomic<bool> follows{false};
+  return follows;
 }
+
+bool IsInside(const fs::path& file, const fs::path& folder) {
+  return std::mismatch(folder.begin(), folder.end(), file.begin(), file.end()).first ==
+         folder.end();
+}
+
+// Walks a folder with the links in it.
+class ContentWalk {
+ public:
+  ContentWalk(const std::string& dir, std::span<const std::string_view> endings)
+      : dir_(dir), endings_(endings) {}
+
+  absl::StatusOr<ContentNames> Walk() {
+    std::error_code error;
+    if (!fs::is_directory(dir_, error)) return std::move(found_);
+    RETURN_IF_ERROR(WalkBelow(""));
+    std::sort(found_.files.begin(), found_.files.end());
+    std::sort(found_.left_out.begin(), found_.left_out.end());
+    return std::move(found_);
+  }
+
+ private:
+  // `below`: relative to the folder, "" or with a "/" at its end.
+  absl::Status WalkBelow(const std::string& below) {
+    std::error_code error;
+    open_.push_back(fs::canonical(dir_ + "/" + below, error));
+    fs::directory_iterator at;
+    if (!error) at = fs::directory_iterator(dir_ + "/" + below, error);
+    for (const fs::directory_iterator end; !error && at != end; at.increment(error)) {
+      RETURN_IF_ERROR(Visit(*at, below + at->path().filename().string()));
+    }
+    if (error) return ErrnoError(error.value(), "walk " + dir_ + "/" + below);
+    open_.pop_back();
+    return absl::OkStatus();
+  }
+
+  absl::Status Visit(const fs::directory_entry& entry, const std::string& name) {
+    std::error_code error;
+    const bool is_folder = entry.is_directory(error);
+    const bool is_foreign = IsForeignName(entry.path().filename().string());
+    if (is_foreign || (!is_folder && !EndsIn(name, endings_))) {
+      found_.left_out.push_back(name + (is_folder ? "/" : ""));
+      return absl::OkStatus();
+    }
+    if (entry.is_symlink(error)) RETURN_IF_ERROR(CheckLink(name));
+    if (is_folder) return WalkBelow(name + "/");
+    if (entry.is_regular_file(error)) found_.files.push_back(name);
+    return absl::OkStatus();
+  }
+
+  absl::Status CheckLink(const std::string& name) const {
+    const std::string link = dir_ + "/" + name;
+    std::error_code error;
+    const fs::path target = fs::canonical(link, error);
+    if (error) {
+      return InvalidArgument("{}: a link to {}, which is not there", link,
+                             fs::read_symlink(link, error).string());
+    }
+    if (std::find(open_.begin(), open_.end(), target) != open_.end()) {
+      return InvalidArgument("{}: a link to {}, in which it lies", link, target.string());
+    }
+    if (FollowsLinks() || IsInside(target, open_.front())) return absl::OkStatus();
+    return InvalidArgument("{}: a link to {}, outside of the folder; --follow-links allows it",
+                           link, target.string());
+  }
+
+  const std::string& dir_;
+  const std::span<const std::string_view> endings_;
+  std::vector<fs::path> open_;  // Canonical; the folder itself first.
+  ContentNames found_;
+};
 
 }  // namespace
 
+bool IsForeignName(const std::string& name) {
+  return name.starts_with('.') || name == "__MACOSX" || name == "@eaDir";
+}
+
+void SetFollowLinks(bool follows) { FollowsLinks() = follows; }
+
+absl::StatusOr<ContentNames> NamesOfContent(const std::string& dir,
+                                            std::span<const std::string_view> endings) {
+  return ContentWalk(dir, endings).Walk();
+}
+
 absl::StatusOr<std::vector<FolderFile>> ReadContentFolder(
     const std::string& dir, std::span<const std::string_view> endings) {
-  ASSIGN_OR_RETURN(std::vector<FolderFile> files, NamesBelow(dir, endings));
-  if (files.empty()) {
+  ASSIGN_OR_RETURN(const ContentNames names, NamesOfContent(dir, endings));
+  if (names.files.empty()) {
     std::string wanted;
     for (const std::string_view ending : endings) {
       wanted += (wanted.empty() ? "" : ", ") + std::string(ending);
     }
     return NotFound("no file of {} in {}", wanted, dir);
   }
-  std::sort(files.begin(), files.end(),
-            [](const FolderFile& a, const FolderFile& b) { return a.name < b.name; });
-  for (FolderFile& file : files) {
-    ASSIGN_OR_RETURN(file.sha256, HashOf(dir + "/" + file.name));
+  std::vector<FolderFile> files;
+  for (const std::string& name : names.files) {
+    ASSIGN_OR_RETURN(std::string sha256, HashOf(dir + "/" + name));
+    files.push_back({name, std::move(sha256)});
   }
   return files;
 }

@@ -19,13 +19,35 @@ struct FolderFile {
   std::string sha256;  // Hash of the file's bytes; 64 lower-case hex digits.
 };
 
+// The files of a folder by their names relative to it, sorted.
+struct ContentNames {
+  std::vector<std::string> files;
+  // Other files and folders (with "/" at their ends): other endings, hidden ones, and the twins of
+  // files that systems make ("._a.png", "__MACOSX").
+  std::vector<std::string> left_out;
+};
+
+// Allows links in folders of content to lead out of them. False at first. Call it before other
+// threads run.
+void SetFollowLinks(bool follows);
+
+// Whether walks leave out a file or folder of this name: hidden ones, and the twins that systems
+// make.
+bool IsForeignName(const std::string& name);
+
+// Walks `dir`, which has no files if it is no folder, and the folders below it for files whose
+// names end in one of `endings` (".png"; ignoring case). Links are followed. All content is found
+// by this function. Errors: kInvalidArgument for a link that leads nowhere, to a folder that it
+// lies in, or out of `dir` (see SetFollowLinks); those of reading folders.
+absl::StatusOr<ContentNames> NamesOfContent(const std::string& dir,
+                                            std::span<const std::string_view> endings);
+
 // Returns the pictures in `dir` and the folders below it, sorted by name. A process reads a file
 // again only when its size or one of its times has changed. Errors: kNotFound when there is no such
-// folder or no picture in it; those of reading folders and of ReadFile.
+// folder or no picture in it; those of NamesOfContent and of ReadFile.
 absl::StatusOr<std::vector<FolderFile>> ReadPictureFolder(const std::string& dir);
 
-// Returns all files in `dir` and below it whose names end in one of `endings` (".png"; ignoring
-// case), like ReadPictureFolder. Errors: the same.
+// Returns the files of NamesOfContent, like ReadPictureFolder. Errors: the same.
 absl::StatusOr<std::vector<FolderFile>> ReadContentFolder(
     const std::string& dir, std::span<const std::string_view> endings);
 

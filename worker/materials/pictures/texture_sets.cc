@@ -2,14 +2,17 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <mutex>
 #include <optional>
-#include <set>
+#include <span>
+#include <utility>
 
 #include "common/base/hash.h"
 #include "common/base/system/file.h"
+#include "common/image/io.h"
 #include "common/image/jpeg.h"
 #include "worker/materials/pictures/pbr_material.h"
 
@@ -18,51 +21,64 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kSetPictures[] = {".png", ".jpg", ".jpeg"};
+constexpr std::string_view kSetPictures[] = {".png", ".jpg", ".jpeg", ".exr"};
 
-// kUnused: a map that nothing here reads. Its number comes last, for seeds count the others'.
-enum class PictureRole { kAlbedo, kRoughness, kMetallic, kNormal, kNormalDown, kUnused };
+// kPacked: occlusion, roughness and metal in red, green and blue. kUnused: a map that nothing here
+// reads. Numbers count for seeds: the newest comes last.
+enum class PictureRole { kAlbedo, kRoughness, kMetallic, kNormal, kNormalDown, kPacked, kUnused };
 
-std::optional<PictureRole> PictureRoleOf(std::string_view word) {
-  static const auto& roles = *new std::map<std::string_view, PictureRole>{
-      {"albedo", PictureRole::kAlbedo},      {"basecolor", PictureRole::kAlbedo},
-      {"color", PictureRole::kAlbedo},       {"colour", PictureRole::kAlbedo},
-      {"col", PictureRole::kAlbedo},         {"diffuse", PictureRole::kAlbedo},
-      {"diff", PictureRole::kAlbedo},        {"roughness", PictureRole::kRoughness},
-      {"rough", PictureRole::kRoughness},    {"metallic", PictureRole::kMetallic},
-      {"metalness", PictureRole::kMetallic}, {"metal", PictureRole::kMetallic},
-      {"normal", PictureRole::kNormal},      {"normalgl", PictureRole::kNormal},
-      {"nor", PictureRole::kNormal},         {"nrm", PictureRole::kNormal},
-      {"norm", PictureRole::kNormal},        {"normaldx", PictureRole::kNormalDown}};
-  // Maps of the usual libraries: occlusion, relief, shine, transparency, light, several in one.
-  static const auto& unused = *new std::set<std::string_view>{"ao",           "ambientocclusion",
-                                                              "occlusion",    "occ",
-                                                              "cavity",       "curvature",
-                                                              "disp",         "displacement",
-                                                              "height",       "bump",
-                                                              "spec",         "specular",
-                                                              "gloss",        "glossiness",
-                                                              "reflection",   "opacity",
-                                                              "alpha",        "mask",
-                                                              "emissive",     "emission",
-                                                              "translucency", "thickness",
-                                                              "subsurface",   "sss",
-                                                              "arm",          "orm",
-                                                              "rma",          "mra",
-                                                              "ior",          "sheen"};
-  const auto found = roles.find(word);
-  if (found != roles.end()) return found->second;
-  if (unused.contains(word)) return PictureRole::kUnused;
-  return std::nullopt;
+struct RoleWords {
+  PictureRole role;
+  const char* name;   // For people.
+  const char* words;  // One or two words of a name, joined; in blanks.
+};
+
+// Maps of the usual libraries and programs. Unused ones: occlusion, relief, shine, transparency,
+// light, and several in one that others order differently.
+constexpr RoleWords kRoles[] = {
+    {PictureRole::kAlbedo, "colour",
+     " albedo basecolor basecolour color colour col diffuse diff basemap "},
+    {PictureRole::kRoughness, "roughness", " roughness rough "},
+    {PictureRole::kMetallic, "metal", " metallic metalness metal "},
+    {PictureRole::kNormal, "normal",
+     " normal nor nrm norm normalmap normalgl norgl nrmgl normgl normalogl normalopengl "},
+    {PictureRole::kNormalDown, "normal, y down",
+     " normaldx nordx nrmdx normdx normaldirectx normald3d "},
+    {PictureRole::kPacked, "occlusion, roughness and metal",
+     " arm orm aorm occlusionroughnessmetallic "},
+    {PictureRole::kUnused, "",
+     " ao ambientocclusion mixedao occlusion occ cavity curvature disp displacement height bump "
+     "spec specular gloss glossiness reflection opacity alpha mask emissive emission translucency "
+     "thickness subsurface sss rma mra ior sheen "}};
+
+// One letter or two behind the last "_" of names that begin with "T_", as Unreal's do, whose
+// normals have y down.
+constexpr RoleWords kUnrealRoles[] = {{PictureRole::kAlbedo, "colour", " d c bc a "},
+                                      {PictureRole::kRoughness, "roughness", " r "},
+                                      {PictureRole::kMetallic, "metal", " m "},
+                                      {PictureRole::kNormalDown, "normal, y down", " n "},
+                                      {PictureRole::kUnused, "", " e h s o "}};
+
+std::string Lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+const RoleWords* RoleOf(std::span<const RoleWords> roles, const std::string& word) {
+  for (const RoleWords& role : roles) {
+    if (std::string_view(role.words).find(" " + word + " ") != std::string_view::npos) return &role;
+  }
+  return nullptr;
 }
 
 // Whether the word may follow the one that tells a picture's content: a size or number ("1k",
-// "02"), the direction of a normal's y, a format.
+// "02"), a format.
 bool MayFollowRole(const std::string& word) {
-  static const auto& words = *new std::set<std::string_view>{
-      "gl", "dx", "opengl", "directx", "png", "jpg", "jpeg", "map", "tex", "texture"};
-  return words.contains(word) || std::any_of(word.begin(), word.end(),
-                                             [](unsigned char c) { return std::isdigit(c) != 0; });
+  constexpr std::string_view kWords = " gl dx opengl directx png jpg jpeg exr map tex texture ";
+  return kWords.find(" " + word + " ") != kWords.npos ||
+         std::any_of(word.begin(), word.end(),
+                     [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
 // "Brick_Wall-1k" -> brick, wall, 1k.
@@ -80,28 +96,31 @@ std::vector<std::string> WordsOfName(const std::string& stem) {
 
 struct NamedPicture {
   std::string set;  // With its folder.
-  PictureRole role;
+  const RoleWords* role;
 };
-// Nothing for a name that says no role, or one that is not used. Only the last words say it: a
-// set's own name may have such a word, as "rough_block_wall" has.
+// Nothing for a name that says no role. Only the last words say it: a set's own name may have such
+// a word, as "rough_block_wall" has.
 std::optional<NamedPicture> ParseSetName(const std::string& name) {
   std::vector<std::string> words = WordsOfName(fs::path(name).stem().string());
+  const bool is_unreal = words.size() > 2 && words[0] == "t";
   for (size_t i = words.size(); i-- > 0;) {
-    std::optional<PictureRole> role = PictureRoleOf(words[i]);
-    if (!role && MayFollowRole(words[i])) continue;
-    if (!role || role == PictureRole::kUnused) return std::nullopt;
-    words.erase(words.begin() + static_cast<std::ptrdiff_t>(i));
-    // The direction of a normal's y: "nor_gl", "nor_dx".
-    if (*role == PictureRole::kNormal && i < words.size() &&
-        (words[i] == "gl" || words[i] == "dx")) {
-      if (words[i] == "dx") role = PictureRole::kNormalDown;
-      words.erase(words.begin() + static_cast<std::ptrdiff_t>(i));
+    size_t first = i;
+    const RoleWords* role = i > 0 ? RoleOf(kRoles, words[i - 1] + words[i]) : nullptr;
+    if (role != nullptr) {
+      --first;
+    } else {
+      role = RoleOf(kRoles, words[i]);
     }
+    if (role == nullptr && is_unreal && i > 1) role = RoleOf(kUnrealRoles, words[i]);
+    if (role == nullptr && MayFollowRole(words[i])) continue;
+    if (role == nullptr) return std::nullopt;
+    words.erase(words.begin() + static_cast<std::ptrdiff_t>(first),
+                words.begin() + static_cast<std::ptrdiff_t>(i) + 1);
     std::string set;
     for (const std::string& word : words) set += (set.empty() ? "" : "_") + word;
     const std::string folder = fs::path(name).parent_path().string();
     if (set.empty()) set = fs::path(folder).filename().string();
-    return NamedPicture{folder + "/" + set, *role};
+    return NamedPicture{folder + "/" + set, role};
   }
   return std::nullopt;
 }
@@ -135,39 +154,110 @@ SetPlaces& KnownSets() {
   return *places;
 }
 
+bool IsExr(const std::string& name) { return Lower(fs::path(name).extension().string()) == ".exr"; }
+
+// The pictures of one name.
+struct FoundSet {
+  std::map<PictureRole, FolderFile> pictures;
+  std::map<PictureRole, std::string> names;  // Of the roles.
+  std::vector<std::string> left_out;
+
+  // Takes a picture. The first of a role stays, but for an EXR where there is another picture.
+  void Add(const RoleWords& role, const FolderFile& file) {
+    if (role.role == PictureRole::kUnused) {
+      left_out.push_back(file.name + " (a map that is not read)");
+      return;
+    }
+    names[role.role] = role.name;
+    const auto [entry, is_new] = pictures.try_emplace(role.role, file);
+    if (is_new) return;
+    const bool replaces = IsExr(entry->second.name) && !IsExr(file.name);
+    LeaveOut(replaces ? entry->second : file);
+    if (replaces) entry->second = file;
+  }
+
+  // Leaves out what another picture of the set has.
+  void Choose() {
+    for (const auto& [first, second] : {std::pair(PictureRole::kNormal, PictureRole::kNormalDown),
+                                        {PictureRole::kRoughness, PictureRole::kPacked}}) {
+      const auto twin = pictures.find(second);
+      if (!pictures.contains(first) || twin == pictures.end()) continue;
+      LeaveOut(twin->second);
+      pictures.erase(twin);
+    }
+  }
+
+  void LeaveOut(const FolderFile& file) {
+    left_out.push_back(file.name + " (another picture shows the same)");
+  }
+};
+
 TextureSet SetOf(const std::string& path, const std::map<PictureRole, FolderFile>& pictures) {
   Sha256 hash;
   for (const auto& [role, file] : pictures) {
     hash.Update(std::to_string(static_cast<int>(role))).Update(":").Update(file.sha256);
   }
   return {std::string(kOwnPrefix) + fs::path(path).filename().string(),
-          ContentSeed(HexOf(hash.Finish()))};
+          ContentSeed(HexOf(hash.Finish())),
+          {},
+          {}};
+}
+
+uint8_t ByteOf(float number) {
+  return static_cast<uint8_t>(std::lround(255 * std::clamp(number, 0.0f, 1.0f)));
+}
+
+// Reads a picture as 8-bit numbers. An EXR, which holds linear ones, may be grey.
+absl::StatusOr<ImageRgb8> ReadMap(const std::string& path, PictureRole role) {
+  if (!IsExr(path)) return ReadPictureRgb8(path);
+  absl::StatusOr<ImageF3> color = ReadExrRgb(path);
+  if (!color.ok()) {
+    const absl::StatusOr<ImageF> grey = ReadExrY(path);
+    if (!grey.ok()) return color.status();
+    color = ImageF3(grey->width(), grey->height());
+    for (size_t i = 0; i < color->values().size(); ++i) color->values()[i] = grey->values()[i / 3];
+  }
+  ImageRgb8 image(color->width(), color->height());
+  for (size_t i = 0; i < image.values().size(); ++i) {
+    float number = color->values()[i];
+    if (role == PictureRole::kAlbedo) {  // sRGB's curve.
+      number =
+          number <= 0.0031308f ? 12.92f * number : 1.055f * std::pow(number, 1 / 2.4f) - 0.055f;
+    }
+    image.values()[i] = ByteOf(number);
+  }
+  return image;
 }
 
 absl::StatusOr<PbrPictures> ReadSet(const SetPlace& place) {
   PbrPictures pictures;
   for (const auto& [role, file] : place.pictures) {
     ASSIGN_OR_RETURN(const std::string path, FindPicture(place.dir, file.name, file.sha256));
-    ASSIGN_OR_RETURN(ImageRgb8 image, ReadPictureRgb8(path));
+    ASSIGN_OR_RETURN(ImageRgb8 image, ReadMap(path, role));
+    if (role == PictureRole::kNormalDown) {
+      for (size_t i = 1; i < image.values().size(); i += 3) {
+        image.values()[i] = static_cast<uint8_t>(255 - image.values()[i]);
+      }
+    }
+    PbrPicture picture;
+    picture.image = std::move(image);
     switch (role) {
       case PictureRole::kAlbedo:
-        pictures.albedo = std::move(image);
+        pictures.albedo = std::move(picture);
         break;
       case PictureRole::kRoughness:
-        pictures.roughness = {1, std::move(image), 0};
+        pictures.roughness = {1, std::move(picture), 0};
         break;
       case PictureRole::kMetallic:
-        pictures.metallic = {1, std::move(image), 0};
-        break;
-      case PictureRole::kNormalDown:
-        if (pictures.normal) break;  // The other way round is there too.
-        for (size_t i = 1; i < image.values().size(); i += 3) {
-          image.values()[i] = static_cast<uint8_t>(255 - image.values()[i]);
-        }
-        pictures.normal = std::move(image);
+        pictures.metallic = {1, std::move(picture), 0};
         break;
       case PictureRole::kNormal:
-        pictures.normal = std::move(image);
+      case PictureRole::kNormalDown:
+        pictures.normal = std::move(picture);
+        break;
+      case PictureRole::kPacked:
+        pictures.roughness = {1, picture, 1};
+        if (!pictures.metallic.picture) pictures.metallic = {1, std::move(picture), 2};
         break;
       case PictureRole::kUnused:
         break;
@@ -180,25 +270,37 @@ absl::StatusOr<PbrPictures> ReadSet(const SetPlace& place) {
 
 absl::StatusOr<TextureFolder> ReadTextureFolder(const std::string& dir) {
   ASSIGN_OR_RETURN(const std::vector<FolderFile> files, ReadContentFolder(dir, kSetPictures));
-  std::map<std::string, std::map<PictureRole, FolderFile>> sets;
-  std::vector<FolderFile> used;
+  std::map<std::string, FoundSet> sets;
+  TextureFolder folder;
   for (const FolderFile& file : files) {
     const std::optional<NamedPicture> named = ParseSetName(file.name);
-    if (!named) continue;
-    sets[named->set].emplace(named->role, file);
-    used.push_back(file);
+    if (named) {
+      sets[named->set].Add(*named->role, file);
+    } else {
+      folder.left_out.push_back(file.name + " (its name tells no map)");
+    }
   }
-  TextureFolder folder;
-  folder.sha256 = ContentHashOf(used);
-  for (const auto& [path, pictures] : sets) {
-    if (!pictures.contains(PictureRole::kAlbedo)) {
+  std::vector<FolderFile> used;
+  for (auto& [path, found] : sets) {
+    found.Choose();
+    if (found.pictures.empty()) {  // Nothing but maps that are not read.
+      folder.left_out.insert(folder.left_out.end(), found.left_out.begin(), found.left_out.end());
+      continue;
+    }
+    if (!found.pictures.contains(PictureRole::kAlbedo)) {
       return InvalidArgument(
           "texture_dir: the set of {}/{} has no albedo, wanted a picture named like it with "
           "albedo, basecolor, color or diffuse",
-          dir, pictures.begin()->second.name);
+          dir, found.pictures.begin()->second.name);
     }
-    folder.sets.push_back(SetOf(path, pictures));
-    KnownSets().Set(folder.sets.back(), {dir, pictures});
+    TextureSet set = SetOf(path, found.pictures);
+    for (const auto& [role, file] : found.pictures) {
+      used.push_back(file);
+      set.maps.push_back(found.names[role] + " " + fs::path(file.name).filename().string());
+    }
+    set.left_out = std::move(found.left_out);
+    KnownSets().Set(set, {dir, found.pictures});
+    folder.sets.push_back(std::move(set));
   }
   if (folder.sets.empty()) {
     return NotFound(
@@ -206,6 +308,9 @@ absl::StatusOr<TextureFolder> ReadTextureFolder(const std::string& dir) {
         "brick_roughness.png",
         dir);
   }
+  std::sort(used.begin(), used.end(),
+            [](const FolderFile& a, const FolderFile& b) { return a.name < b.name; });
+  folder.sha256 = ContentHashOf(used);
   return folder;
 }
 

@@ -13,7 +13,8 @@ namespace {
 class UserPicture final : public PointMaterial {
  public:
   UserPicture(const ImageRgb8& image, uint64_t seed)
-      : picture_(image, MipPicture::Values::kColor, MipPicture::Edge::kClamp) {
+      : picture_(image, MipPicture::Values::kColor,
+                 {MipPicture::Edge::kClamp, MipPicture::Edge::kClamp}) {
     Rng rng(SceneSeed{seed}, "user picture");
     roughness_ = Draw(rng, 0.3, 0.7);
   }

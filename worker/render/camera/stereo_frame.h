@@ -3,8 +3,13 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <string>
+#include <variant>
+#include <vector>
 
 #include "common/image/image.h"
+#include "common/math/types.h"
 
 namespace parallax {
 
@@ -19,6 +24,9 @@ enum MaskBit : uint8_t {
   kMaskMixed = 16,
   kMaskVeiled = 32,  // Haze leaves less than a twentieth of its light.
 };
+
+// How clear a surface is, as layers tell it.
+enum class Clearness : uint8_t { kOpaque, kThinGlass, kSolidGlass, kWater };
 
 // Flow of one eye from a frame of a sequence to a neighbour. Empty unless render.maps has `flow`.
 struct FlowMaps {
@@ -62,10 +70,19 @@ struct RawView {
   ImageU8 occlusion;  // 255 = occluded or outside the other picture, 0 = visible in both.
 };
 
+// A map of either type of images.
+using MapImage = std::variant<ImageRgb8, ImageU8, ImageU16, ImageF, ImageF3>;
+
 // The pair, and what it took to render.
 struct StereoFrame {
   View left, right;
   RawView raw_left, raw_right;  // Empty unless render.maps has `raw` and the rig raw cameras.
+  // Maps that no pass and no statistic reads, by file name (common/config/frame_maps.h).
+  std::map<std::string, MapImage> more;
+  // With layers: the see-through materials among them, by index, and the inner spaces of the place,
+  // outside of which surfaces are exterior (Surroundings::interiors).
+  std::map<uint32_t, Clearness> clear_materials;
+  std::vector<Box3f> interiors;
   // Factor on scene radiance before the sRGB curve; the same for both eyes.
   float exposure = 1;
   float infrared_exposure = 1;  // Exposure of View::infrared (infrared.h).

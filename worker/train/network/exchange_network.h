@@ -1,10 +1,11 @@
 // Networks in the exchange formats TorchScript and ONNX, whichever trainer made them, predict pairs
 // on CPUs. No torch in this header.
 //
-// A network takes the left and the right picture as two inputs of shape (1, 3, height, width), or
-// one input of shape (1, 6, height, width), left first; which of them, its file tells. It gives the
-// left picture's disparity in pixels, in the first channel of one of its outputs: (1, channels,
-// height, width), (1, height, width) or (height, width).
+// A network takes the left and the right picture as two inputs of shape (1, 3, height, width), left
+// first unless an ONNX file's names ("left", "right") say otherwise, or as one input of shape (1,
+// 6, height, width), left first; which of them, its file tells. It gives the left picture's
+// disparity in pixels, in the first channel of one of its outputs: (1, channels, height, width),
+// (1, height, width) or (height, width).
 #pragma once
 
 #include <array>

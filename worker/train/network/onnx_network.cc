@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cctype>
 #include <new>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
@@ -22,13 +23,52 @@ std::string Reason(const cv::Exception& error) {
   return text.substr(0, text.find('\n'));
 }
 
-// The inputs that pictures go into: old files list weights among them.
+// Which picture an input's name asks for: 'l' for "left", "img_L", 'r' for "right_image", "imgR"; 0
+// for other names.
+char EyeOf(const std::string& name) {
+  std::string lower = name;
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool left = lower.find("left") != lower.npos, right = lower.find("right") != lower.npos;
+  if (left != right) return left ? 'l' : 'r';
+  if (name.ends_with('L') || lower.ends_with("_l") || lower == "l") return 'l';
+  if (name.ends_with('R') || lower.ends_with("_r") || lower == "r") return 'r';
+  return 0;
+}
+
+// From operator set 13 on these work along the last axis where a node names none; OpenCV 4.6 takes
+// the channels, as before.   Source: ONNX, Operators.md, Softmax-13.
+void WriteOutAxes(onnx::Model& model) {
+  constexpr int64_t kLastAxisIsDefault = 13;
+  constexpr int kWholeNumber = 2;
+  for (const onnx::OperatorSet& set : model.opset_import()) {
+    if (set.domain().empty() && set.version() < kLastAxisIsDefault) return;
+  }
+  for (onnx::Node& node : *model.mutable_graph()->mutable_node()) {
+    const std::string& type = node.op_type();
+    if (type != "Softmax" && type != "LogSoftmax" && type != "Hardmax") continue;
+    const auto& attributes = node.attribute();
+    if (std::any_of(attributes.begin(), attributes.end(),
+                    [](const onnx::Attribute& one) { return one.name() == "axis"; })) {
+      continue;
+    }
+    onnx::Attribute& axis = *node.add_attribute();
+    axis.set_name("axis");
+    axis.set_i(-1);
+    axis.set_type(kWholeNumber);
+  }
+}
+
+// The inputs that pictures go into, left first: the one whose name says right is the right one,
+// else the second. Old files list weights among their inputs.
 std::vector<onnx::Value> PictureInputs(const onnx::Graph& graph) {
   std::set<std::string> weights;
   for (const onnx::Tensor& tensor : graph.initializer()) weights.insert(tensor.name());
   std::vector<onnx::Value> inputs;
   for (const onnx::Value& input : graph.input()) {
     if (!weights.contains(input.name())) inputs.push_back(input);
+  }
+  if (inputs.size() == 2 && EyeOf(inputs[0].name()) == 'r' && EyeOf(inputs[1].name()) != 'r') {
+    std::swap(inputs[0], inputs[1]);
   }
   return inputs;
 }
@@ -128,6 +168,7 @@ absl::StatusOr<std::unique_ptr<NetworkBackend>> LoadOnnx(const std::string& byte
       model.graph().output_size() == 0) {
     return InvalidArgument("{}: is not an ONNX file", name);
   }
+  WriteOutAxes(model);
   const std::vector<onnx::Value> pictures = PictureInputs(model.graph());
   const int64_t channels = pictures.size() == 1 ? 6 : 3;
   bool good = pictures.size() == 1 || pictures.size() == 2;

@@ -6,6 +6,7 @@
     pair = data[0]
     pair.left, pair.right        # uint8 RGB, (height, width, 3)
     pair.disparity, pair.valid   # float32 pixels, bool
+    pair.frame.layers().behind   # disparity of what is behind glass and water, where render.maps has layers
     for frames in data.sequences():                # of scenes with ways of the rig
         flow = frames[0].flow("forward", "left")   # flow.flow, flow.disparity_change, flow.occluded
 
@@ -13,12 +14,12 @@ numpy is needed, the package OpenEXR (or an OpenCV that has OpenEXR), and OpenCV
 `parallax_data.torch_dataset` needs torch.
 """
 
-from .dataset import Flow, Frame, ParallaxDataset, Pair
+from .dataset import CLEARNESS, Flow, Frame, Layers, ParallaxDataset, Pair
 from .exr import read_depth, read_disparity, read_flow, read_normals
 from .masks import EXTERIOR, MIRROR, MIXED, SKY, TRANSPARENT, VEILED
 
 __all__ = [
-    "Flow", "Frame", "Pair", "ParallaxDataset", "read_depth", "read_disparity", "read_flow", "read_normals",
+    "CLEARNESS", "Flow", "Frame", "Layers", "Pair", "ParallaxDataset", "read_depth", "read_disparity", "read_flow", "read_normals",
     "SKY", "EXTERIOR", "TRANSPARENT", "MIRROR", "MIXED", "VEILED",
 ]
 __version__ = "0.2.0"

@@ -9,7 +9,7 @@ from typing import Dict, Iterable, List, Optional, Sequence, Union
 
 import numpy as np
 
-from . import exr, png
+from . import frame_maps
 from .masks import EXTERIOR, SKY
 
 HELDOUT = "heldout"  # The variant of evaluate.heldout_pairs, which no network may be trained on.
@@ -29,6 +29,33 @@ class Flow:
     occluded: np.ndarray          # bool: hidden in the neighbour, or outside of its picture. The flow is exact, too.
 
 
+CLEARNESS = ("opaque", "thin_glass", "solid_glass", "water")
+
+
+@dataclass(frozen=True)
+class Layers:
+    """All surfaces on each pixel's straight ray up to the first opaque one, at most four; layer 0 is what the other maps
+    show. Arrays are (layers, height, width), with as many layers as any pixel has; 0 = no such layer."""
+
+    count: np.ndarray      # uint8 (height, width): number of layers.
+    more: np.ndarray       # bool (height, width): there are more than four.
+    depth: np.ndarray      # float32, metres along the optical axis.
+    disparity: np.ndarray  # float32, pixels.
+    objects: np.ndarray    # uint16, keys of camera()["objects"].
+    materials: np.ndarray  # uint16, keys of camera()["materials"].
+    clear: np.ndarray      # uint8, how clear each is: an index into CLEARNESS.
+
+    def last(self, stack: np.ndarray) -> np.ndarray:
+        """(height, width): of one of the arrays above, the last layer of each pixel."""
+        return np.take_along_axis(stack, np.maximum(self.count, 1)[None].astype(np.int64) - 1, 0)[0]
+
+    @property
+    def behind(self) -> np.ndarray:
+        """float32 (height, width), pixels: disparity of the last layer; 0 where that is see-through itself, because nothing
+        is behind it, or has more layers behind it."""
+        return np.where(self.more | (self.last(self.clear) != 0), np.float32(0), self.last(self.disparity))
+
+
 @dataclass(frozen=True)
 class Frame:
     """One stereo pair on disk. Reads what it is asked for, anew each time."""
@@ -44,41 +71,67 @@ class Frame:
     def key(self) -> str:
         return f"{self.variant}/{self.scene:06d}/{self.rig:03d}"
 
+    def map(self, name: str, eye: str = "left", direction: str = "forward") -> np.ndarray:
+        """Any map of the table (frame_maps.csv), by the name of its file without eye: "depth", "raw_flow"... As stored:
+        float32 (height, width) or (height, width, 3); uint8 or uint16."""
+        return frame_maps.read(self.path, name, eye, direction)
+
+    def has(self, name: str, eye: str = "left", direction: str = "forward") -> bool:
+        return (self.path / frame_maps.file_of(name, eye, direction)).exists()
+
     def image(self, eye: str = "left") -> np.ndarray:
         """uint8 (height, width, 3), RGB."""
-        return png.read_rgb(self.path / f"{eye}.png")
+        return self.map("", eye)
 
     def disparity(self, eye: str = "left") -> np.ndarray:
-        return exr.read_disparity(self.path / f"disparity_{eye}.exr")
+        return self.map("disparity", eye)
 
     def depth(self, eye: str = "left") -> np.ndarray:
-        return exr.read_depth(self.path / f"depth_{eye}.exr")
+        return self.map("depth", eye)
 
     def normals(self, eye: str = "left") -> np.ndarray:
-        return exr.read_normals(self.path / f"normals_{eye}.exr")
+        return self.map("normals", eye)
 
     def occluded(self, eye: str = "left", exact: bool = False) -> np.ndarray:
         """bool (height, width): not visible in the other eye. exact: by rays, not by re-projection; the study must
         have kept that map (render.maps: [..., exact_occlusion])."""
-        return png.read_index(self.path / f"{'exact_' if exact else ''}occlusion_{eye}.png") != 0
+        return self.map("exact_occlusion" if exact else "occlusion", eye) != 0
 
     def masks(self, eye: str = "left") -> np.ndarray:
         """uint8 (height, width), bits of parallax_data.masks."""
-        return png.read_index(self.path / f"masks_{eye}.png")
+        return self.map("masks", eye)
 
     def objects(self, eye: str = "left") -> np.ndarray:
         """uint16 (height, width), keys of camera()["objects"]; 0 = none."""
-        return png.read_index(self.path / f"objects_{eye}.png")
+        return self.map("objects", eye)
 
     def materials(self, eye: str = "left") -> np.ndarray:
-        return png.read_index(self.path / f"materials_{eye}.png")
+        return self.map("materials", eye)
+
+    def layers(self, eye: str = "left") -> Layers:
+        """What is behind glass and water (render.maps: [..., layers])."""
+        counts = self.map("layers", eye)
+        count = counts & 127
+
+        def stack(name):
+            first = self.map(name, eye)
+            more = [self.map(f"{name}{n}", eye) for n in range(2, int(count.max(initial=0)) + 1)]
+            return np.stack([np.where(count > 0, first, first.dtype.type(0)), *more])
+
+        materials = stack("materials")
+        clear = np.zeros(1 << 16, np.uint8)
+        for index, entry in self.camera()["materials"].items():
+            clear[int(index)] = CLEARNESS.index(entry.get("clear", "opaque"))
+        depth = stack("depth")
+        return Layers(count, counts >= 128, depth, stack("disparity"), stack("objects"), materials,
+                      np.where(depth > 0, clear[materials], np.uint8(0)))
 
     def flow(self, direction: str = "forward", eye: str = "left") -> Flow:
         """Optical flow and scene flow to the next frame of the sequence ("forward") or to the one before ("backward")."""
         if direction not in ("forward", "backward"):
             raise ValueError(f"direction {direction!r}: allowed are forward and backward")
-        maps = exr.read_flow(self.path / f"flow_{direction}_{eye}.exr")
-        mask = png.read_index(self.path / f"flow_occlusion_{direction}_{eye}.png")
+        maps = self.map("flow", eye, direction)
+        mask = self.map("flow_occlusion", eye, direction)
         return Flow(maps[..., :2], maps[..., 2], mask != FLOW_NONE, mask == 255)
 
     def sequence(self) -> Optional[Dict]:
@@ -87,21 +140,21 @@ class Frame:
 
     def infrared(self, eye: str = "left") -> np.ndarray:
         """uint8 (height, width): what a monochrome sensor sees under the rig's projector (render.maps: infrared)."""
-        return png.read_index(self.path / f"infrared_{eye}.png")
+        return self.map("infrared", eye)
 
     def raw_image(self, eye: str = "left") -> np.ndarray:
         """uint8 (height, width, 3), RGB, before rectification (render.maps: raw); its camera is camera()["raw"][eye]."""
-        return png.read_rgb(self.path / f"raw_{eye}.png")
+        return self.map("raw", eye)
 
     def raw_flow(self, eye: str = "left") -> np.ndarray:
         """float32 (height, width, 2): from a raw pixel to where the other raw picture shows the same point, x and y in
         pixels. NaN where the other lens does not see that point."""
-        stored = exr.read_rgb(self.path / f"raw_flow_{eye}.exr")
+        stored = self.map("raw_flow", eye)
         return np.where(stored[:, :, 2:] != 0, stored[:, :, :2], np.float32("nan"))
 
     def raw_occluded(self, eye: str = "left") -> np.ndarray:
         """bool (height, width): the raw pixel's point is not visible in the other raw picture."""
-        return png.read_index(self.path / f"raw_occlusion_{eye}.png") != 0
+        return self.map("raw_occlusion", eye) != 0
 
     def camera(self) -> Dict:
         """frame.json: intrinsics, baseline_m, poses, the tables of objects and materials. Seeds are int (files have
@@ -127,7 +180,7 @@ class Frame:
         if disparity is None:
             disparity = self.disparity(eye)
         valid = disparity > 0
-        if (self.path / f"masks_{eye}.png").exists():
+        if self.has("masks", eye):
             valid &= (self.masks(eye) & (SKY | EXTERIOR)) == 0
         if max_disparity is not None:
             valid &= disparity < max_disparity

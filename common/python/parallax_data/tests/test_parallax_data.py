@@ -474,6 +474,40 @@ class Exports(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "color and infrared"):
             ParallaxDataset(self.root / "archive_extras", pictures="thermal")
 
+    def test_every_map_of_the_table_is_read(self):
+        from parallax_data import frame_maps
+        read = set()
+        for archive in ("archive_extras", "archive_sequences"):
+            frame = ParallaxDataset(self.root / archive, filtered=False).frames[0]
+            for stem, row in frame_maps.BY_STEM.items():
+                for eye in ("left", "right"):
+                    if frame.has(stem, eye):
+                        self.assertEqual(frame.map(stem, eye).shape[:2], frame.depth(eye).shape)
+                        read.add(stem)
+            files = {path.name for path in frame.path.iterdir()} - {"frame.json"}
+            known = {frame_maps.file_of(stem, eye, way) for stem in frame_maps.BY_STEM for eye in ("left", "right")
+                     for way in ("forward", "backward")}
+            self.assertLessEqual(files, known)
+        self.assertGreaterEqual(read, {"depth", "raw_flow", "flow", "infrared", "layers", "depth2", "materials2"})
+        with self.assertRaisesRegex(ValueError, "no map 'deph'; there are .*depth"):
+            frame.map("deph")
+
+    def test_layers(self):
+        frame = ParallaxDataset(self.root / "archive_extras").frames[0]
+        for eye in ("left", "right"):
+            layers = frame.layers(eye)
+            ball = frame.objects(eye) >= 3
+            self.assertTrue(ball.any() and not ball.all())
+            np.testing.assert_array_equal(layers.count, np.where(ball, 2, frame.depth(eye) > 0))
+            self.assertFalse(layers.more.any())
+            np.testing.assert_array_equal(layers.depth[0], frame.depth(eye))
+            np.testing.assert_allclose(layers.depth[1][ball], frame.depth(eye)[ball] + 0.5, rtol=1e-6)
+            self.assertTrue((layers.depth[1][~ball] == 0).all())
+            np.testing.assert_array_equal(layers.clear[0], np.where(ball, 1, 0))
+            self.assertTrue((layers.clear[1] == 0).all())
+            np.testing.assert_array_equal(layers.last(layers.objects), np.where(ball, 2, frame.objects(eye)))
+            np.testing.assert_array_equal(layers.behind, np.where(ball, layers.disparity[1], frame.disparity(eye)))
+
     def test_exports_of_infrared_and_raw_pairs(self):
         frames = {(f.scene, f.rig): f for f in ParallaxDataset(self.root / "archive_extras").frames}
         shards = sorted((self.root / "archive_extras_webdataset").glob("*.tar"))
@@ -493,10 +527,19 @@ class Exports(unittest.TestCase):
                         np.testing.assert_array_equal(flow[:, :, :2], frame.raw_flow("right"))
                         self.assertTrue((flow[:, :, 2] == 1).all())
                         seen += 1
+                    elif extension == "disparity2_left.npy":
+                        np.testing.assert_array_equal(np.load(io.BytesIO(content)), frame.map("disparity2", "left"))
+                        seen += 1
+                    elif extension == "disparity3_left.npy":
+                        self.assertTrue((np.load(io.BytesIO(content)) == 0).all())
+                        seen += 1
+                    elif extension == "layers_right.png":
+                        np.testing.assert_array_equal(decode(), frame.map("layers", "right"))
+                        seen += 1
                     elif extension == "raw_left.png":
                         np.testing.assert_array_equal(decode()[:, :, ::-1], frame.raw_image("left"))
                         seen += 1
-        self.assertEqual(seen, 3 * len(frames))
+        self.assertEqual(seen, 6 * len(frames))
         infrared = self.root / "archive_extras_infrared"
         self.assertEqual(json.loads((infrared / "export.json").read_text())["pictures"], "infrared")
         pictures = sorted((infrared / "frames_finalpass").glob("*/A/*/left/*.png"))

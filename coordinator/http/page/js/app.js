@@ -58,6 +58,13 @@ function Top({ me, path, onLeave }) {
   </header>`;
 }
 
+// The farm stands still without its store, whichever view is open.
+function StoreProblem() {
+  const { data } = useFarm();
+  if (!data?.store_problem) return null;
+  return html`<div class="card problem notice bad" role="alert"><strong>Nothing is leased or published.</strong> ${data.store_problem}</div>`;
+}
+
 function App() {
   const place = usePlace();
   const [me, setMe] = useState(null);
@@ -80,6 +87,7 @@ function App() {
   const leave = () => post("session/end").catch(() => {}).then(() => { stopWatching(); setMe(false); });
   return html`<a class="skip" href="#main" onClick=${(e) => { e.preventDefault(); document.querySelector("main h1")?.focus(); }}>To the content</a>
     <${Top} me=${me} path=${path} onLeave=${leave} />
+    <${StoreProblem} />
     <main id="main">${View ? html`<${View} key=${path} numbers=${numbers} query=${query} me=${me} />`
       : html`<div class="head"><h1 tabindex="-1">No such page</h1></div><p><a href="#/">To the farm</a></p>`}</main>`;
 }

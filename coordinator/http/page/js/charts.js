@@ -70,7 +70,9 @@ export function TimeChart({ times, series, every, height = 96, unit = "", stacke
 }
 
 // `lines`: [{name, points: [{x, y}]}].
-export function LineChart({ lines, height = 190, xLabel, yLabel }) {
+const percent = (share) => `${Math.round(100 * share)} %`;
+
+export function LineChart({ lines, height = 190, xLabel, yLabel, xText = percent }) {
   const [box, width] = useWidth();
   const [chosen, setChosen] = useState(null);
   const left = 44, bottom = 22;
@@ -83,19 +85,20 @@ export function LineChart({ lines, height = 190, xLabel, yLabel }) {
     <svg width=${width} height=${height} role="img" aria-label="${yLabel} by ${xLabel}, ${lines.length} lines">
       ${[0, 0.5, 1].map((s) => html`<line class="grid" x1=${left} x2=${width} y1=${y(s * top)} y2=${y(s * top)} />
         <text x=${left - 6} y=${y(s * top) + 4} text-anchor="end">${figure(s * top)}</text>`)}
-      ${[0, 0.25, 0.5, 0.75, 1].map((s) => html`<text x=${x(s * most)} y=${height - 5} text-anchor=${s === 1 ? "end" : "middle"}>${Math.round(100 * s)} %</text>`)}
+      ${[0, 0.25, 0.5, 0.75, 1].map((s) => html`<text x=${x(s * most)} y=${height - 5} text-anchor=${s === 1 ? "end" : "middle"}>${xText(s * most)}</text>`)}
       ${lines.map((l, i) => html`<g class="hue${i % 8} ${chosen !== null && chosen !== i ? "dim" : ""}">
         <path class="line" d=${l.points.map((p, k) => `${k ? "L" : "M"}${x(p.x).toFixed(1)} ${y(p.y).toFixed(1)}`).join("")} />
-        ${l.points.map((p) => html`<circle cx=${x(p.x)} cy=${y(p.y)} r="2.5"><title>${l.name}: ${figure(p.y)} at ${Math.round(100 * p.x)} %</title></circle>`)}</g>`)}
+        ${l.points.length <= 60 && l.points.map((p) => html`<circle cx=${x(p.x)} cy=${y(p.y)} r="2.5"><title>${l.name}: ${figure(p.y)} at ${xText(p.x)}</title></circle>`)}</g>`)}
     </svg>
     <ul class="legend">${lines.map((l, i) => html`<li class="hue${i % 8}" onPointerEnter=${() => setChosen(i)} onPointerLeave=${() => setChosen(null)}><i aria-hidden="true"></i>${l.name}</li>`)}</ul>
   </div>`;
 }
 
-// Seconds by stage as one bar with its parts named.
+// Seconds by stage, and their sum. Stages of several threads and pairs overlap, so the sum is no time on a clock.
 export function Stages({ stages }) {
   const rows = Object.entries(stages).filter(([name, s]) => s > 0.0005 && name !== "cpu").sort((a, b) => b[1] - a[1]);
   const most = rows.length ? rows[0][1] : 1;
   return html`<dl class="stages">${rows.map(([name, s]) => html`<div><dt>${name}</dt>
-    <dd><meter min="0" max=${most} value=${s}></meter><span>${figure(s)}\u2009s</span></dd></div>`)}</dl>`;
+    <dd><meter min="0" max=${most} value=${s}></meter><span>${figure(s)}\u2009s</span></dd></div>`)}
+    <div class="sum"><dt>all</dt><dd><span>${stages.cpu > 0 ? `${figure(stages.cpu)}\u2009core-s` : ""}</span><span>${figure(rows.reduce((sum, [, s]) => sum + s, 0))}\u2009s</span></dd></div></dl>`;
 }

@@ -18,6 +18,13 @@ export function duration(seconds) {
   if (s < 86400) return two(Math.floor(s / 3600), "h", Math.floor((s % 3600) / 60), "min");
   return two(Math.floor(s / 86400), "d", Math.floor((s % 86400) / 3600), "h");
 }
+// A time that is only estimated, rounded so that nobody takes it for exact.
+export function about(seconds) {
+  if (!(seconds >= 0)) return "not known yet";
+  const [step, unit, name] = seconds < 57.5 ? [5, 1, "s"] : seconds < 570 ? [60, 60, "min"] : seconds < 3450 ? [300, 60, "min"]
+    : seconds < 34200 ? [1800, 3600, "h"] : seconds < 171000 ? [3600, 3600, "h"] : [86400, 86400, "d"];
+  return `about ${Math.max(1, Math.round(seconds / step)) * step / unit}\u2009${name}`;
+}
 export const seconds = (s) => (s < 1 ? `${(1000 * s).toFixed(0)}\u2009ms` : `${figure(s)}\u2009s`);
 export const bytes = (n) =>
   n < 1000 ? `${n}\u2009B` : n < 1e6 ? `${(n / 1e3).toFixed(0)}\u2009kB` : `${(n / 1e6).toFixed(1)}\u2009MB`;
@@ -77,6 +84,11 @@ export function Waiting({ of }) {
   }
   return html`<div class="card waiting" aria-busy="true"><span class="visually-hidden">Loading</span></div>`;
 }
+
+// READY jobs and why they do not run. What needs somebody to act is in the tone of a warning.
+export const wantsAttention = (w) => !["busy", "starting", "limit", "pause"].includes(w.reason);
+export const Reasons = ({ waiting }) => html`<ul class="reasons">${waiting.map((w) => html`<li class=${wantsAttention(w) ? "warn" : ""}>
+  <strong>${plural(w.jobs, `${w.kind} job`)}</strong> ${w.jobs === 1 ? "waits" : "wait"}: ${w.text}</li>`)}</ul>`;
 
 // The head of a view: where we are, and what can be done here.
 export function Head({ trail = [], title, tag, children }) {

@@ -2,7 +2,7 @@
 import { html, useEffect, useState } from "/vendor/preact-htm.js";
 import { get, useApi, useFarm } from "./api.js";
 import { TimeChart } from "./charts.js";
-import { Bar, Card, Empty, Head, STATES, Tag, Waiting, count, duration, figure, follow, moment, plural, stateWord, tone } from "./common.js";
+import { Bar, Card, Empty, Head, STATES, Tag, Waiting, about, count, duration, figure, follow, moment, plural, stateWord, tone, wantsAttention } from "./common.js";
 
 function Charts({ farm }) {
   const history = useApi("history", { once: true });
@@ -39,11 +39,12 @@ function Queue({ jobs }) {
 
 export function StudyRow({ study, now }) {
   const over = study.finished_unix_s;
-  const left = study.eta_s !== null && study.state === "running" ? `${duration(study.eta_s)} left`
+  const left = study.eta_s !== null && study.state === "running" ? `${about(study.eta_s)} left`
     : over ? `in ${duration(over - study.submitted_unix_s)}` : `for ${duration(now - study.submitted_unix_s)}`;
   return html`<tr class="link" onClick=${follow}>
     <th scope="row"><a href="#/study/${study.id}">${study.name}</a> <small>#${study.id}</small></th>
-    <td><${Tag} state=${study.state} />${study.at_limit ? html` <small class="warn" title="${count(study.held_jobs)} jobs held back by ${study.at_limit}">at limit</small>` : ""}</td>
+    <td><${Tag} state=${study.state} />${study.at_limit ? html` <small class="warn" title="${count(study.held_jobs)} jobs held back by ${study.at_limit}">at limit</small>` : ""}
+      ${study.waiting.filter(wantsAttention).map((w) => html` <small class="warn" title=${w.text}>${count(w.jobs)} stuck: ${w.reason.replace("_", " ")}</small>`)}</td>
     <td class="wide"><${Bar} ...${study} /></td>
     <td class="num">${count(study.done)}<span class="soft"> / ${count(study.wanted)}</span></td>
     <td class="num soft optional">${plural(study.variants, "variant")}</td>
@@ -72,8 +73,8 @@ function Trainings({ running }) {
   const rows = running.filter((r) => Object.keys(r.figures).length > 0);
   if (rows.length === 0) return null;
   return html`<${Card} title="Running now" id="running"><table><tbody>
-    ${rows.slice(0, 12).map((r) => html`<tr class="link" onClick=${follow}><th scope="row"><a href="#/job/${r.job}">${r.kind}</a> <small>${r.study} · ${r.label}</small></th>
-      <td class="num soft">${Object.entries(r.figures).map(([name, value]) => html`<span class="pairing">${name.replace(/_s$/, "")} <b>${name.endsWith("_s") ? duration(value) : figure(value)}</b></span>`)}</td></tr>`)}
+    ${rows.slice(0, 12).map((r) => html`<tr class="link" onClick=${follow}><th scope="row"><a href="#/job/${r.job}">${r.kind} <small>${r.study} · ${r.label}</small></a></th>
+      <td class="num soft">${Object.entries(r.figures).map(([name, value]) => html`<span class="pairing">${name.replace(/_s$/, "")} <b>${name === "eta_s" ? about(value) : name.endsWith("_s") ? duration(value) : figure(value)}</b></span>`)}</td></tr>`)}
   </tbody></table><//>`;
 }
 

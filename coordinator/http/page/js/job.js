@@ -1,8 +1,8 @@
 // A job: what it is, each attempt, where its time went, the log of what failed, and its pairs.
-import { html, useState } from "/vendor/preact-htm.js";
-import { useApi } from "./api.js";
-import { Stages } from "./charts.js";
-import { Card, Empty, Fact, Head, Tag, Waiting, count, duration, errorLine, figure, jobName, moment, plural, tone } from "./common.js";
+import { html, useEffect, useRef, useState } from "/vendor/preact-htm.js";
+import { ask, useApi } from "./api.js";
+import { LineChart, Stages } from "./charts.js";
+import { Card, Empty, Fact, Head, Tag, Waiting, about, bytes, count, duration, errorLine, figure, jobName, moment, plural, tone } from "./common.js";
 import { Thumb } from "./wall.js";
 
 const ENDS = { app: ["failed", "bad"], lost: ["worker lost", "warn"], returned: ["handed back", "soft"] };
@@ -22,17 +22,63 @@ function Attempts({ job }) {
   </ol>`;
 }
 
+// A log, which shows its end.
+function Tail({ name, text }) {
+  const box = useRef(null);
+  useEffect(() => { box.current.scrollTop = box.current.scrollHeight; }, [text]);
+  return html`<pre class="code log" ref=${box} tabindex="0" aria-label=${name}>${text}</pre>`;
+}
+
+// The log of the attempt that runs grows; those of failed ones stay.
 function Log({ job }) {
-  const logged = job.lost_attempts.some((a) => a.has_log);
-  const asked = useApi(logged ? `jobs/${job.id}/log` : null);
+  const asked = useApi(`jobs/${job.id}/log`);
   const [at, setAt] = useState(0);
-  if (!logged) return html`<${Empty}>No attempt has left a log: only those that fail do.<//>`;
   if (!asked.data) return html`<${Waiting} of=${asked} />`;
   const { attempts } = asked.data;
+  if (attempts.length === 0) return html`<${Empty}>No attempt has left a log: only those that fail do.<//>`;
   const shown = attempts[Math.min(at, attempts.length - 1)];
   return html`${attempts.length > 1 && html`<div class="chips" role="group" aria-label="Attempt">
-      ${attempts.map((a, i) => html`<button class="chip" aria-pressed=${at === i} onClick=${() => setAt(i)}>${a.worker} <span>${moment(a.unix_s)}</span></button>`)}</div>`}
-    <pre class="code log" tabindex="0" aria-label="The last lines of the attempt on ${shown.worker}">${shown.log}</pre>`;
+      ${attempts.map((a, i) => html`<button class="chip" aria-pressed=${at === i} onClick=${() => setAt(i)}>${a.worker} <span>${a.unix_s ? moment(a.unix_s) : "runs"}</span></button>`)}</div>`}
+    <${Tail} name="The last lines of the attempt on ${shown.worker}" text=${shown.log || "nothing yet"} />
+    ${!shown.unix_s && html`<p class="soft">The newest lines, with each heartbeat of the worker.</p>`}`;
+}
+
+// A text file of a job's result, fetched once.
+export function useFile(job, name, wanted = true) {
+  const [text, setText] = useState(null);
+  useEffect(() => {
+    if (!wanted) return undefined;
+    const stop = new AbortController();
+    ask(`jobs/${job}/file/${encodeURIComponent(name)}`, { signal: stop.signal }).then((r) => r.text()).then(setText).catch(() => {});
+    return () => stop.abort();
+  }, [job, name, wanted]);
+  return text;
+}
+
+// The points of a column of curve.csv, over steps.
+export function curvePoints(csv, column) {
+  const [head, ...rows] = csv.trim().split("\n").map((line) => line.split(","));
+  const at = head.indexOf(column), step = head.indexOf("step");
+  return rows.filter((row) => row[at] !== "" && Number.isFinite(Number(row[at]))).map((row) => ({ x: Number(row[step]), y: Number(row[at]) }));
+}
+
+function Curve({ job }) {
+  const csv = useFile(job.id, "curve.csv");
+  if (csv === null) return html`<${Waiting} of=${{}} />`;
+  return [["loss", "loss"], ["epe_px", "end-point error, px"]].map(([column, name]) => {
+    const points = curvePoints(csv, column);
+    return points.length > 1 && html`<${LineChart} lines=${[{ name, points }]} xLabel="step" yLabel=${name} xText=${figure} />`;
+  });
+}
+
+function Files({ job }) {
+  return html`<dl class="list files">${job.files.map((f) => html`<${Fact} name=${html`<a href="/api/v1/jobs/${job.id}/file/${encodeURIComponent(f.name)}" download=${f.name}>${f.name}</a>`}>${bytes(f.size)}<//>`)}</dl>`;
+}
+
+function FinishedLog({ job }) {
+  const text = useFile(job.id, "log.txt");
+  const lines = (text || "").trimEnd().split("\n");
+  return html`<${Tail} name="The log of the training" text=${text === null ? "loading" : lines.slice(-200).join("\n")} />`;
 }
 
 export function Job({ numbers: [id] }) {
@@ -40,6 +86,7 @@ export function Job({ numbers: [id] }) {
   const job = asked.data;
   if (!job) return html`<${Head} trail=${[["Farm", "#/"]]} title="Job ${id}" /><${Waiting} of=${asked} />`;
   const figures = Object.entries(job.figures);
+  const has = (name) => job.files.some((f) => f.name === name);
   return html`<${Head} trail=${[["Farm", "#/"], [job.study, `#/study/${job.study_id}`], ["Jobs", `#/study/${job.study_id}/jobs`]]}
       title="${job.kind} ${id}" tag=${html`<${Tag} state=${job.state} />`} />
     <dl class="facts">
@@ -49,13 +96,17 @@ export function Job({ numbers: [id] }) {
       ${job.finished_unix_s && html`<${Fact} name="ended">${moment(job.finished_unix_s)} <small>${duration(job.finished_unix_s - job.ready_unix_s)} later</small><//>`}
       ${job.not_before_unix_s && html`<${Fact} name="next try">${moment(job.not_before_unix_s)}<//>`}
       ${job.awaits_job && html`<${Fact} name="waits for"><a href="#/job/${job.awaits_job}">job ${job.awaits_job}</a><//>`}
-      ${figures.map(([name, value]) => html`<${Fact} name=${name.replace(/_s$/, "")}>${name.endsWith("_s") ? duration(value) : figure(value)}<//>`)}
+      ${figures.map(([name, value]) => html`<${Fact} name=${name.replace(/_s$/, "")}>${name === "eta_s" ? about(value) : name.endsWith("_s") ? duration(value) : figure(value)}<//>`)}
     </dl>
+    ${job.waits_text && html`<div class="card notice ${["busy", "starting"].includes(job.waits_reason) ? "" : "warn"}" id="waits">Waits: ${job.waits_text}</div>`}
     ${job.error && job.state !== "SUCCEEDED" && html`<div class="card notice ${job.state === "REJECTED" ? "" : "bad"}"><pre>${errorLine(job.error)}</pre></div>`}
     <div class="columns">
       <${Card} title="Attempts" id="attempts"><${Attempts} job=${job} /><//>
       ${Object.keys(job.stage_s).length > 0 && html`<${Card} title="Where the time went" id="stages" side=${html`<span class="soft">of all its pairs</span>`}><${Stages} stages=${job.stage_s} /><//>`}
     </div>
-    ${job.lost_attempts.length > 0 && html`<${Card} title="Log" id="log"><${Log} job=${job} /><//>`}
+    ${has("curve.csv") && html`<${Card} title="Loss" id="curve"><${Curve} job=${job} /><//>`}
+    ${has("log.txt") && html`<${Card} title="Log of the training" id="finishedlog"><${FinishedLog} job=${job} /><//>`}
+    ${job.files.length > 0 && html`<${Card} title="Files" id="files"><${Files} job=${job} /><//>`}
+    ${(job.lost_attempts.length > 0 || job.state === "LEASED") && html`<${Card} title="Log" id="log"><${Log} job=${job} /><//>`}
     ${job.pairs.length > 0 && html`<${Card} title=${plural(job.pairs.length, "pair")} id="pairs"><div class="wall">${job.pairs.map((p) => html`<${Thumb} key=${p.id} pair=${p} />`)}</div><//>`}`;
 }

@@ -48,7 +48,7 @@ export function Jobs({ numbers: [id], query }) {
       <tbody>${rows.map((job) => html`<tr key=${job.id} class="link" onClick=${follow}>
         <th scope="row"><a id="job-${job.id}" href="#/job/${job.id}">${job.kind} ${job.id}</a></th>
         <td><${Tag} state=${job.state} /></td>
-        <td>${jobName(job)}${job.error ? html`<div class="error">${errorLine(job.error)}</div>` : ""}</td>
+        <td>${jobName(job)}${job.error ? html`<div class="error">${errorLine(job.error)}</div>` : ""}${job.waits_text ? html`<div class="soft">${job.waits_text}</div>` : ""}</td>
         <td class="soft">${job.worker}${job.state === "LEASED" && job.stage ? html`<div>${job.stage} ${Math.round(100 * job.fraction)} %</div>` : ""}</td>
         <td class="num soft">${job.attempts > 1 ? `${job.attempts} tries` : ""}</td>
       </tr>`)}</tbody></table></div>

@@ -1,5 +1,12 @@
 // Maps of a pair as arrays, and their colours.
 import { ask } from "./api.js";
+import { FRAME_MAPS } from "./frame-maps.js";
+
+// How maps are coloured, in the order of their tabs.
+const KINDS = ["disparity", "depth", "occlusion", "masks", "objects", "materials", "layers"];
+// The maps that are shown: kind by the name of their files without eye.
+export const MAP_VIEWS = Object.fromEntries(FRAME_MAPS.filter((map) => map.view)
+  .sort((a, b) => KINDS.indexOf(a.view) - KINDS.indexOf(b.view)).map((map) => [map.file.split("_{")[0], map.view]));
 
 // {width, height, values}: float32 for distances, uint16 for indices and bits.
 export async function fetchMap(pair, name, signal) {
@@ -37,6 +44,9 @@ export const MASKS = [
   [8, "mirror-like", [200, 90, 200]], [16, "mixed", [225, 85, 75]], [32, "veiled", [150, 160, 175]],
 ];
 
+// One surface is dark: what is see-through in front of others shines.
+const LAYER_COLORS = [[16, 18, 24], [40, 46, 58], [88, 150, 230], [235, 170, 60], [225, 85, 75]];
+
 // A colour of its own for each index: neighbours in number are far apart in hue.
 function indexColor(index) {
   if (index === 0) return [28, 32, 40];
@@ -58,6 +68,7 @@ function colorsOf(kind, range) {
       : (v) => (v - range[0]) / (range[1] - range[0]);
     return (v) => (v > 0 ? table[Math.round(255 * Math.min(1, Math.max(0, share(v))))] : [16, 18, 24]);
   }
+  if (kind === "layers") return (v) => LAYER_COLORS[Math.min(v & 127, 4)];
   if (kind === "occlusion") return (v) => (v ? [235, 170, 60] : [28, 32, 40]);
   if (kind === "masks") {
     return (v) => {

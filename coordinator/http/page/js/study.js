@@ -1,8 +1,9 @@
 // A study: how far each variant is, what went wrong, the newest pairs, and what training says.
 import { html, useEffect, useRef, useState } from "/vendor/preact-htm.js";
-import { post, useApi } from "./api.js";
+import { ask, post, useApi } from "./api.js";
 import { LineChart } from "./charts.js";
-import { Bar, Card, Empty, Fact, Head, STATES, Tag, Waiting, count, duration, errorLine, figure, moment, plural, stateWord, tone } from "./common.js";
+import { Bar, Card, Empty, Fact, Head, Reasons, STATES, Tag, Waiting, about, count, duration, errorLine, figure, moment, plural, stateWord, tone } from "./common.js";
+import { curvePoints } from "./job.js";
 import { Wall } from "./wall.js";
 
 const ACTIONS = {
@@ -93,13 +94,37 @@ function Scores({ study }) {
     return html`<div class="scores"><h3>${benchmark} <small>${of[0].metric}, ${plural(of[0].pairs, "pair")}; less is better</small></h3>
       <div class="two ${lines.length ? "" : "one"}"><div class="scroll"><table>
         <thead><tr><th scope="col">training set</th><th scope="col">network</th><th scope="col" class="num">mean</th><th scope="col" class="wide"><span class="visually-hidden">compared</span></th><th scope="col" class="num">seeds</th></tr></thead>
-        <tbody>${of.map((r) => html`<tr><th scope="row">${r.set || html`<span class="soft">baseline</span>`}</th><td class="soft">${r.predictor}</td>
+        <tbody>${of.map((r) => html`<tr><th scope="row">${r.set || html`<span class="soft">none needed</span>`}</th><td class="soft">${r.predictor}</td>
           <td class="num"><b>${figure(r.mean)}</b>${r.seeds.length > 1 ? html`<span class="soft"> ± ${figure(r.deviation)}</span>` : ""}</td>
           <td class="wide"><meter min="0" max=${most} value=${r.mean}></meter></td>
           <td class="num soft">${r.seeds.map((s, i) => html`${i > 0 ? " " : ""}<a href="#/job/${s.job}" title=${s.seed === null ? "" : `seed ${s.seed}`}>${figure(s.value)}</a>`)}</td></tr>`)}</tbody>
       </table></div>
       ${lines.length > 0 && html`<${LineChart} lines=${lines} xLabel="share of the training" yLabel=${of[0].metric} />`}</div></div>`;
   });
+}
+
+// The table with intervals and verdicts, as `parallax table` prints it.
+function ResultTable({ study }) {
+  const asked = useApi(`studies/${study.id}/table`);
+  if (!asked.data?.text) return asked.error && asked.error.status !== 404 ? html`<p class="soft">${asked.error.message}</p>` : null;
+  return html`<pre class="code tall" tabindex="0" aria-label="Table of results with intervals and verdicts">${asked.data.text}</pre>`;
+}
+
+const MOST_CURVES = 24;
+
+// The loss of each finished training over its steps.
+function Losses({ study }) {
+  const asked = useApi(`studies/${study.id}/results`);
+  const trainings = (asked.data?.results || []).filter((r) => r.kind === "train" && r.files.includes("curve.csv")).slice(0, MOST_CURVES);
+  const [curves, setCurves] = useState({});
+  useEffect(() => {
+    for (const t of trainings.filter((one) => !(one.job in curves))) {
+      ask(`jobs/${t.job}/file/curve.csv`).then((r) => r.text()).then((csv) => setCurves((old) => ({ ...old, [t.job]: curvePoints(csv, "loss") }))).catch(() => {});
+    }
+  }, [trainings.map((t) => t.job).join()]);
+  const lines = trainings.filter((t) => curves[t.job]?.length > 1).map((t) => ({ name: t.label, points: curves[t.job] }));
+  if (lines.length === 0) return null;
+  return html`<${Card} title="Loss of the trainings" id="losses"><${LineChart} lines=${lines} xLabel="step" yLabel="loss" xText=${figure} /><//>`;
 }
 
 export function Study({ numbers: [id] }) {
@@ -111,15 +136,17 @@ export function Study({ numbers: [id] }) {
   return html`<${Head} trail=${[["Farm", "#/"]]} title=${study.name} tag=${html`<${Tag} state=${study.state} />`}><${Actions} study=${study} put=${asked.put} /><//>
     <dl class="facts">
       <${Fact} name="pairs">${count(study.done)} <small>of ${count(study.wanted)}, ${share.toFixed(share < 10 || share >= 99.95 || share === 0 ? 0 : 1)} %</small><//>
-      <${Fact} name=${study.finished_unix_s ? "took" : "left"}>${study.finished_unix_s ? duration(study.finished_unix_s - study.submitted_unix_s) : study.eta_s === null ? html`<small>not known yet</small>` : duration(study.eta_s)}<//>
+      <${Fact} name=${study.finished_unix_s ? "took" : "left"}>${study.finished_unix_s ? duration(study.finished_unix_s - study.submitted_unix_s) : study.eta_s === null ? html`<small>not known yet</small>` : about(study.eta_s)}<//>
       <${Fact} name="submitted">${moment(study.submitted_unix_s)} <small>#${study.id}</small><//>
       ${(study.max_running > 0 || study.at_limit) && html`<${Fact} name="limit">${study.max_running > 0 ? html`${plural(study.max_running, "job")} <small>at a time</small>` : ""}
         ${study.at_limit && html` <small class="warn" id="at-limit">${plural(study.held_jobs, "job")} held back by ${study.at_limit}</small>`}<//>`}
       <${Fact} name="jobs"><span class="jobstates">${states.map(([s, n]) => html`<a href="#/study/${id}/jobs?state=${s}" class=${tone(s)}>${count(n)} ${stateWord(s)}</a>`)}</span><//>
     </dl>
     ${(study.causes.length > 0 || study.gave_up.length > 0) && html`<${Card} title="Problems" id="problems" kind="problem"><${Problems} study=${study} /><//>`}
+    ${study.waiting.length > 0 && html`<${Card} title="Waiting jobs" id="waiting"><${Reasons} waiting=${study.waiting} /><//>`}
     <${Card} title="Variants" id="variants" side=${html`<a href="#/study/${id}/jobs">all jobs</a>`}><${Variants} study=${study} /><//>
     <${Card} title="Newest pairs" id="wall"><${Wall} study=${id} variants=${study.variant_list.map((v) => v.name)} /><//>
-    ${study.trains && html`<${Card} title="Results" id="results"><${Scores} study=${study} /><//>`}
+    ${study.trains && html`<${Card} title="Results" id="results"><${Scores} study=${study} /><${ResultTable} study=${study} /><//>`}
+    ${study.trains && html`<${Losses} study=${study} />`}
     ${study.yaml && html`<${Card} id="source"><details><summary>The study as it was submitted</summary><pre class="code">${study.yaml}</pre></details><//>`}`;
 }

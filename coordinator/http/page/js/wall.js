@@ -16,10 +16,9 @@ function Picture({ source }) {
 }
 
 export function Thumb({ pair, withVariant }) {
-  const name = `scene ${pair.scene}, rig ${pair.rig}`;
-  return html`<a class="thumb" href="#/pair/${pair.id}" aria-label="Pair ${pair.id}: ${pair.variant}, ${name}">
+  return html`<a class="thumb" href="#/pair/${pair.id}">
     <${Picture} source="/api/v1/pairs/${pair.id}/picture/left?width=320" />
-    <span>${withVariant ? html`<b>${pair.variant}</b> ` : ""}${pad(pair.scene, 4)} · ${pad(pair.rig, 2)}</span>
+    <span>${withVariant ? html`<b>${pair.variant}</b> ` : ""}<span class="visually-hidden">scene </span>${pad(pair.scene, 4)} · <span class="visually-hidden">rig </span>${pad(pair.rig, 2)}</span>
   </a>`;
 }
 

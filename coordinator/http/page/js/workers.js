@@ -8,8 +8,8 @@ const ORDER = ["busy", "draining", "idle", "suspended", "away", "lost", "left"];
 
 // Whoever may, lets a worker finish what it has and gives it nothing new.
 function Drain({ worker, act }) {
-  if (worker.drained_by) return html`<button class="quiet" aria-label="Undo the drain of ${worker.drained_by}" onClick=${() => act("undrain", worker.drained_by)}>undo drain</button>`;
-  return worker.state === "left" || worker.state === "lost" ? "" : html`<button class="quiet" aria-label="Drain ${worker.name}" onClick=${() => act("drain", worker.name)}>drain</button>`;
+  if (worker.drained_by) return html`<button class="quiet" aria-label="undo drain of ${worker.drained_by}" onClick=${() => act("undrain", worker.drained_by)}>undo drain</button>`;
+  return worker.state === "left" || worker.state === "lost" ? "" : html`<button class="quiet" aria-label="drain ${worker.name}" onClick=${() => act("drain", worker.name)}>drain</button>`;
 }
 
 export function Workers({ me }) {
@@ -35,7 +35,7 @@ export function Workers({ me }) {
     ${problem && html`<div class="card notice bad" role="alert">${problem}</div>`}
     <${Card} id="workers">
       ${found.length === 0 && html`<${Empty}>${workers.length ? "No worker fits the filter." : html`No worker has connected yet. <code>worker --coordinator HOST:PORT</code> on any machine adds one.`}<//>`}
-      ${found.length > 0 && html`<div class="scroll"><table>
+      ${found.length > 0 && html`<div class="scroll"><table class="workerlist">
         <thead><tr><th scope="col">worker</th><th scope="col">state</th><th scope="col">takes</th><th scope="col" class="num">running</th><th scope="col" class="num">heard</th><th scope="col" class="num optional">version</th>${steers && html`<th scope="col"><span class="visually-hidden">drain</span></th>`}</tr></thead>
         <tbody>${shown.map((w) => html`<tr key=${w.name}><th scope="row">${w.name}</th><td><${Tag} state=${w.state} />${w.drained_by && w.state !== "draining" ? html` <small class="warn">drained</small>` : ""}</td><td class="soft">${w.kinds.join(", ")}</td>
           <td class="num">${w.running}<span class="soft"> / ${w.slots}</span></td><td class="num soft">${duration(w.last_heard_s)} ago</td><td class="num soft optional">${w.version}</td>${steers && html`<td class="num"><${Drain} worker=${w} act=${act} /></td>`}</tr>`)}</tbody>

@@ -1,11 +1,25 @@
 #include "coordinator/client/content/ship_content.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+
+#include "common/base/system/file.h"
+#include "common/config/config.h"
+#include "common/config/content_folders.h"
+#include "common/image/io.h"
 #include "common/store/content.h"
+#include "common/store/store.h"
+#include "coordinator/client/content/study_options.h"
+#include "worker/evaluate/own_benchmark.h"
 
 namespace parallax::client {
 namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
 
 TEST(NameOwnCopies, ListsOfAStoreBecomeThePathsTheyStandFor) {
   v1::StudySpec study;
@@ -19,6 +33,88 @@ TEST(NameOwnCopies, ListsOfAStoreBecomeThePathsTheyStandFor) {
   EXPECT_EQ(config.assets().include(0), "srv/chairs");
   EXPECT_EQ(config.assets().include(1), "srv/tables");
   EXPECT_FALSE(config.has_materials());
+}
+
+// A folder with a pair in Middlebury's layout and a list that names its files from elsewhere.
+class OwnBenchmarkTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = testing::TempDir() + "/own_benchmark_XXXXXX";
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    dir_ = name;
+    for (const char* folder : {"/real/yard one", "/lists", "/store"}) {
+      fs::create_directories(dir_ + folder);
+    }
+    const std::string pair = dir_ + "/real/yard one/";
+    for (const char* file : {"im0.png", "im1.png"}) {
+      ASSERT_TRUE(WriteFile(pair + file, *EncodePng(ImageRgb8(40, 30))).ok());
+    }
+    ImageF truth(40, 30);
+    truth.values().assign(truth.pixels(), 3.0f);
+    ASSERT_TRUE(WritePfm(pair + "disp0GT.pfm", truth).ok());
+    fs::copy(pair, dir_ + "/plain", fs::copy_options::recursive);
+    std::ofstream(dir_ + "/lists/pairs.txt")
+        << "# mine\n../plain/im0.png " << dir_ << "/plain/im1.png ../plain/disp0GT.pfm\n";
+    auto study = ParseStudy(
+        "study: s\npairs: 1\nvariants: [{name: a}]\nevaluate:\n  benchmarks:\n"
+        "    - {name: mine, list: lists/pairs.txt}\n    - {name: yard, folder: real}\n",
+        dir_ + "/s.yaml");
+    ASSERT_TRUE(study.ok()) << study.status();
+    study_ = *study;
+  }
+  void TearDown() override { fs::remove_all(dir_); }
+
+  std::string dir_;
+  v1::StudySpec study_;
+};
+
+TEST_F(OwnBenchmarkTest, IsShippedAndOpensFromItsCopyAsFromItsPlace) {
+  ASSERT_TRUE(HashContent(study_, FolderReaders::kOfFarm).ok());
+  const auto store = OpenStore(dir_ + "/store");
+  ASSERT_TRUE(store.ok()) << store.status();
+  v1::StudySpec sent = study_;
+  const auto shipped = ShipContent(sent, **store);
+  ASSERT_TRUE(shipped.ok()) << shipped.status();
+  EXPECT_EQ(shipped->folders, 2);
+  for (int i = 0; i < 2; ++i) {
+    const v1::OwnBenchmark& own = sent.evaluate().own_benchmarks(i);
+    const auto reference = FindContentReference(PathOfBenchmark(own));
+    ASSERT_TRUE(reference.has_value()) << PathOfBenchmark(own);
+    EXPECT_EQ(reference->sha256, own.sha256());
+    const auto files = ParseContentList(*(*store)->Get(ContentPath(reference->sha256)));
+    ASSERT_TRUE(files.ok()) << files.status();
+    const std::string copy = dir_ + "/copy/" + own.name() + "/real";
+    for (const ContentFile& file : *files) {
+      fs::create_directories(fs::path(copy + "/" + file.name).parent_path());
+      ASSERT_TRUE(WriteFile(copy + "/" + file.name, *(*store)->Get(ContentPath(file.sha256))).ok());
+    }
+    const auto here = OpenOwnBenchmark(own, "/" + reference->path);
+    const auto there = OpenOwnBenchmark(own, copy);
+    ASSERT_TRUE(here.ok()) << here.status();
+    ASSERT_TRUE(there.ok()) << there.status();
+    ASSERT_EQ(there->pairs.size(), 1u);
+    EXPECT_EQ(there->pairs[0].name, here->pairs[0].name);
+    EXPECT_EQ(there->pairs[0].read_truth()->disparity_px.values()[0], 3.0f);
+  }
+  NameOwnCopies(sent);
+  EXPECT_EQ(sent.evaluate().SerializeAsString(), study_.evaluate().SerializeAsString());
+}
+
+TEST_F(OwnBenchmarkTest, OtherContentIsSaidAndNotScored) {
+  ASSERT_TRUE(HashContent(study_, FolderReaders::kOfRun).ok());
+  const v1::OwnBenchmark own = study_.evaluate().own_benchmarks(0);
+  ASSERT_TRUE(WriteFile(dir_ + "/plain/im1.png", *EncodePng(ImageRgb8(40, 31))).ok());
+  EXPECT_THAT(OpenOwnBenchmark(own, "/" + own.list()).status().ToString(),
+              HasSubstr("benchmark mine: the content of "));
+  EXPECT_THAT(HashContent(study_, FolderReaders::kOfRun).ToString(),
+              HasSubstr("is not that of sha256"));
+  study_.mutable_evaluate()->mutable_own_benchmarks(0)->clear_sha256();
+  fs::remove(dir_ + "/plain/disp0GT.pfm");
+  EXPECT_THAT(HashContent(study_, FolderReaders::kOfRun).ToString(),
+              HasSubstr("evaluate.benchmarks: mine: "));
+  fs::remove(dir_ + "/lists/pairs.txt");
+  EXPECT_THAT(HashContent(study_, FolderReaders::kOfRun).ToString(),
+              HasSubstr("no file of this path beside the study's file"));
 }
 
 }  // namespace

@@ -24,14 +24,15 @@ TEST(Progress, BarIsFullOnlyWhenAllIsDone) {
   EXPECT_EQ(ProgressBar(unicode, 0.5, 0.25, 4), "██▒░");
 }
 
-TEST(Progress, PercentagesAndTimesRoundTowardsUnfinished) {
+TEST(Progress, PercentagesRoundDownAndEstimatesToWhatIsKnown) {
   EXPECT_EQ(FormatPercent(999, 1000), "99%");
   EXPECT_EQ(FormatPercent(1000, 1000), "100%");
   EXPECT_EQ(FormatPercent(1, 0), "-");
-  EXPECT_EQ(FormatEta(3.2), "ETA 4 s");
-  EXPECT_EQ(FormatEta(65), "ETA 1:05");
+  EXPECT_EQ(FormatEta(3.2), "ETA about 5 s");
+  EXPECT_EQ(FormatEta(65), "ETA about 1 min");
   EXPECT_EQ(FormatEta(std::nullopt), "");
   EXPECT_EQ(FormatRate(0.1), "360 pairs/h");
+  EXPECT_EQ(FormatRate(6103.0 / 3600), "6,100 pairs/h");
   EXPECT_EQ(FormatRate(std::nullopt), "-");
 }
 
@@ -67,11 +68,11 @@ TEST(ProgressView, ReusedFramesDoNotCountAsSpeed) {
   view.Observe(100, TwoVariants(0, 0, 0), {});
   view.Observe(110, TwoVariants(10, 10, 0), {});
   EXPECT_EQ(view.Json()["pairs_per_hour"], nullptr);
-  view.Observe(120, TwoVariants(12, 10, 0), {});
+  view.Observe(140, TwoVariants(14, 10, 0), {});
   EXPECT_DOUBLE_EQ(view.Json()["pairs_per_hour"].get<double>(), 360);
-  EXPECT_EQ(view.Json()["pairs_done"], 12);
-  EXPECT_DOUBLE_EQ(view.Json()["eta_s"].get<double>(), 280);
-  EXPECT_DOUBLE_EQ(view.Json()["elapsed_s"].get<double>(), 20);
+  EXPECT_EQ(view.Json()["pairs_done"], 14);
+  EXPECT_DOUBLE_EQ(view.Json()["eta_s"].get<double>(), 260);
+  EXPECT_DOUBLE_EQ(view.Json()["elapsed_s"].get<double>(), 40);
 }
 
 TEST(ProgressView, LeasedJobsMoveTheBarBetweenCompletions) {
@@ -85,9 +86,9 @@ TEST(ProgressView, LeasedJobsMoveTheBarBetweenCompletions) {
   const std::vector<std::string> lines = view.Lines(terminal);
   ASSERT_EQ(lines.size(), 5u);
   EXPECT_EQ(lines[0], "baseline  running  1:00");
-  EXPECT_EQ(lines[1], "  narrow  [#####===...]  10/20   50%     900 pairs/h  ETA 20 s");
+  EXPECT_EQ(lines[1], "  narrow  [#####===...]  10/20   50%     900 pairs/h  ETA about 20 s");
   EXPECT_EQ(lines[2], "  w       [###########]  20/20  100%  done");
-  EXPECT_EQ(lines[3], "  total   [########=..]  30/40   75%     900 pairs/h  ETA 20 s");
+  EXPECT_EQ(lines[3], "  total   [########=..]  30/40   75%     900 pairs/h  ETA about 20 s");
   EXPECT_EQ(lines[4], "  1 rendering");
 }
 
@@ -113,7 +114,8 @@ TEST(ProgressView, PlainLineTellsAllInOne) {
   ProgressView view;
   view.Observe(0, TwoVariants(0, 0, 0), {});
   view.Observe(3600, TwoVariants(10, 0, 10), OneRender("narrow", 4, 0));
-  EXPECT_EQ(view.PlainLine(), "1:00:00  20/40 pairs (50%)  20.0 pairs/h  ETA 1:00:00  1 rendering");
+  EXPECT_EQ(view.PlainLine(),
+            "1:00:00  20/40 pairs (50%)  20.0 pairs/h  ETA about 1 h  1 rendering");
 }
 
 // ---- Jobs without a scene
@@ -143,14 +145,6 @@ v1::ListJobsReply OneTraining() {
   figures["eta_s"] = 540;
   return reply;
 }
-v1::ListWorkersReply OneWorker(const std::string& kind, const std::string& state) {
-  v1::ListWorkersReply reply;
-  v1::WorkerStatus* worker = reply.add_workers();
-  worker->set_name("w");
-  worker->add_kinds(kind);
-  worker->set_state(state);
-  return reply;
-}
 
 TEST(ProgressView, ATrainingTellsItsStepLossAndTime) {
   std::ostringstream stream;
@@ -162,11 +156,11 @@ TEST(ProgressView, ATrainingTellsItsStepLossAndTime) {
   const std::vector<std::string> lines = view.Lines(terminal);
   ASSERT_EQ(lines.size(), 7u);
   EXPECT_EQ(lines[4], "  train: 2 done, 1 running");
-  EXPECT_EQ(lines[5], "  train narrow, seed 1: step 420 of 1,500, loss 1.83, 9:00 left");
+  EXPECT_EQ(lines[5], "  train narrow, seed 1: step 420 of 1,500, loss 1.83, about 9 min left");
   EXPECT_EQ(lines[6], "  1 training");
   EXPECT_THAT(view.PlainLine(),
               testing::HasSubstr("; train: 2 done, 1 running; train narrow, seed 1: step 420 of "
-                                 "1,500, loss 1.83, 9:00 left"));
+                                 "1,500, loss 1.83, about 9 min left"));
   const auto json = view.Json();
   EXPECT_EQ(json["running"][0]["label"], "narrow, seed 1");
   EXPECT_EQ(json["running"][0]["figures"]["loss"], 1.8279);
@@ -192,38 +186,49 @@ TEST(ProgressView, PairsDoNotEndAStudyThatTrains) {
   study.mutable_variants(1)->set_pairs_done(15);
   view.Observe(100, study, {});
   EXPECT_EQ(view.Json()["eta_s"], nullptr);
-  EXPECT_THAT(view.PlainLine(), testing::HasSubstr("180 pairs/h  pairs in 1:40"));
+  EXPECT_THAT(view.PlainLine(), testing::HasSubstr("180 pairs/h  pairs in about 2 min"));
 }
 
-TEST(ProgressView, JobsThatNoWorkerTakesAreTold) {
-  const auto waiting = [](const v1::StudyStatus& study, const v1::ListWorkersReply& workers,
-                          const v1::ListJobsReply& leased = {}) {
-    ProgressView view;
-    view.Observe(0, study, leased, workers);
-    const auto json = view.Json();
-    return json["waiting"].empty() ? std::string() : json["waiting"][0].get<std::string>();
-  };
-  const v1::StudyStatus one = WithJobs({{"train", "READY", 1}});
-  EXPECT_EQ(waiting(one, OneWorker("render", "idle")),
-            "1 train job waits: no connected worker does such jobs");
-  EXPECT_EQ(waiting(one, OneWorker("train", "lost")),
-            "1 train job waits: no connected worker does such jobs");
-  EXPECT_EQ(waiting(WithJobs({{"train", "READY", 2}}), OneWorker("train", "idle")),
-            "2 train jobs wait: no connected worker has the trainer (--allow-trainers), benchmark "
-            "(--benchmarks), GPU, memory or tags for them");
-  EXPECT_EQ(waiting(one, OneWorker("train", "busy")), "") << "its turn comes";
-  EXPECT_EQ(waiting(one, OneWorker("train", "idle"), OneTraining()), "") << "one is at work";
-  v1::StudyStatus paused = one;
-  paused.set_state(v1::STUDY_STATE_PAUSED);
-  EXPECT_EQ(waiting(paused, {}), "");
+v1::WaitingJobs Waits(const char* kind, int jobs, const char* reason, const char* text) {
+  v1::WaitingJobs waiting;
+  waiting.set_kind(kind);
+  waiting.set_jobs(jobs);
+  waiting.set_reason(reason);
+  waiting.set_text(text);
+  return waiting;
+}
+
+TEST(ProgressView, JobsThatAreReadyHaveTheirReasonsAlsoWhileOthersRun) {
+  v1::StudyStatus study = WithJobs({{"train", "READY", 2}, {"render", "READY", 1}});
+  *study.add_waiting() = Waits("train", 2, "trainer", "no connected worker has it");
+  *study.add_waiting() = Waits("render", 1, "busy", "all 20 suitable workers are busy");
+  ProgressView view;
+  view.Observe(0, study, OneTraining());
+  EXPECT_THAT(view.PlainLine(),
+              testing::EndsWith("; 2 train jobs wait: no connected worker has it; 1 render job "
+                                "waits: all 20 suitable workers are busy"));
+  const auto json = view.Json();
+  ASSERT_EQ(json["waiting"].size(), 2u);
+  EXPECT_EQ(json["waiting"][0], (nlohmann::ordered_json{{"kind", "train"},
+                                                        {"jobs", 2},
+                                                        {"reason", "trainer"},
+                                                        {"text", "no connected worker has it"}}));
+  std::ostringstream stream;
+  Terminal terminal;
+  terminal.stream = &stream;
+  terminal.size = [] { return TerminalSize{70, 24}; };
+  EXPECT_THAT(view.Lines(terminal),
+              testing::Contains("  2 train jobs wait: no connected worker has it"));
 }
 
 TEST(ProgressView, WorkersThatStartBesideItGetTimeToConnect) {
+  v1::StudyStatus study = WithJobs({{"solve", "READY", 1}});
+  *study.add_waiting() = Waits("solve", 1, "no_worker", "no worker is connected");
   ProgressView view(10);
-  view.Observe(5, WithJobs({{"solve", "READY", 1}}), {});
+  view.Observe(5, study, {});
   EXPECT_THAT(view.Json()["waiting"], testing::IsEmpty());
-  view.Observe(15, WithJobs({{"solve", "READY", 1}}), {});
-  EXPECT_EQ(view.Json()["waiting"][0], "1 solve job waits: no connected worker does such jobs");
+  view.Observe(15, study, {});
+  EXPECT_EQ(view.Json()["waiting"][0]["reason"], "no_worker");
 }
 
 }  // namespace

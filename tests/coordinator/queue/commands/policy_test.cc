@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace parallax {
 namespace {
 
@@ -30,29 +32,82 @@ TEST(JudgeAppFailure, FollowsTheLedger) {
       {{.app_failures = 2, .workers_with_fingerprint = 1}, FailureVerdict::kRetryLater},
       {{.app_failures = 3, .workers_with_fingerprint = 1}, FailureVerdict::kFail},
       {{.app_failures = 2, .workers_with_fingerprint = 2}, FailureVerdict::kQuarantine},
-      {{.app_failures = 1, .infra_losses = 9}, FailureVerdict::kRetryLater},
       {{.app_failures = 1, .retryable = false}, FailureVerdict::kFail},
   };
   for (const auto& c : cases) EXPECT_EQ(JudgeAppFailure({}, c.history), c.verdict);
 }
 
-TEST(JudgeLoss, RetriesAtOnceUntilTheJobIsSuspect) {
+// Losses, all losses, the job's share of the workers' time, its machines and the farm's.
+TEST(JudgeLoss, BlamesAJobOnlyWhereChanceCantHaveLostTheWorkers) {
+  const auto retry = FailureVerdict::kRetryNow, blame = FailureVerdict::kQuarantine;
   const struct {
-    FailureHistory history;
+    const char* what;
+    LossHistory history;
     FailureVerdict verdict;
   } cases[] = {
-      {{.infra_losses = 1, .workers_lost = 1}, FailureVerdict::kRetryNow},
-      {{.infra_losses = 9, .workers_lost = 2}, FailureVerdict::kRetryNow},
-      {{.infra_losses = 3, .workers_lost = 3}, FailureVerdict::kQuarantine},
-      {{.infra_losses = 9, .workers_lost = 9, .lost_without_it = true}, FailureVerdict::kRetryNow},
-      {{.infra_losses = 3, .workers_lost = 3, .lost_with_another = true},
-       FailureVerdict::kRetryNow},
-      {{.infra_losses = 10, .workers_lost = 10, .lost_without_it = true},
-       FailureVerdict::kQuarantine},
-      {{.infra_losses = 10, .workers_lost = 0}, FailureVerdict::kQuarantine},
-      {{.app_failures = 2, .infra_losses = 5}, FailureVerdict::kRetryNow},
+      {"its first loss", {}, retry},
+      {"once more among a hundred workers",
+       {.losses = 1, .all = 1, .share = 0.01, .machines = 2, .machines_all = 9},
+       retry},
+      {"three times more among a hundred workers, and no other was lost",
+       {.losses = 3, .all = 3, .share = 0.01, .machines = 4, .machines_all = 9},
+       blame},
+      {"on two machines of nine",
+       {.losses = 3, .all = 3, .share = 0.01, .machines = 2, .machines_all = 9},
+       retry},
+      {"on both machines of two",
+       {.losses = 12, .all = 12, .share = 0.3, .machines = 2, .machines_all = 2},
+       blame},
+      {"a third of the losses where it is a third of the work",
+       {.losses = 40, .all = 120, .share = 0.34, .machines = 3, .machines_all = 3},
+       retry},
+      {"every loss of three workers, a few times",
+       {.losses = 6, .all = 6, .share = 0.34, .machines = 3, .machines_all = 3},
+       retry},
+      {"every loss of three workers, again and again",
+       {.losses = 11, .all = 11, .share = 0.34, .machines = 3, .machines_all = 3},
+       blame},
+      {"machines are killed all the time, this job's more often than others'",
+       {.losses = 8, .all = 58, .share = 0.01, .machines = 5, .machines_all = 100},
+       blame},
+      {"machines are killed all the time, and the job was among them",
+       {.losses = 3, .all = 56, .share = 0.03, .machines = 4, .machines_all = 100},
+       retry},
+      {"the one worker does nothing else",
+       {.losses = 500, .all = 500, .share = 1, .machines = 1, .machines_all = 1},
+       retry},
+      {"the one worker lives with all others' jobs",
+       {.losses = 4, .all = 4, .share = 0.02, .machines = 1, .machines_all = 1},
+       blame},
+      {"always lost with the same other job",
+       {.losses = 9,
+        .all = 9,
+        .share = 0.01,
+        .machines = 9,
+        .machines_all = 9,
+        .with_another = true},
+       retry},
   };
-  for (const auto& c : cases) EXPECT_EQ(JudgeLoss({}, c.history), c.verdict);
+  for (const auto& c : cases) EXPECT_EQ(JudgeLoss({}, c.history), c.verdict) << c.what;
+}
+
+// Against the sum of the binomial distribution's tail.
+TEST(ChanceOfLosses, IsNeverBelowTheChanceItself) {
+  for (const double share : {0.01, 0.2, 0.5, 0.9}) {
+    for (const int all : {1, 4, 20}) {
+      double tail = 0;
+      for (int losses = all; losses >= 1; --losses) {
+        tail += std::exp(std::lgamma(all + 1.0) - std::lgamma(losses + 1.0) -
+                         std::lgamma(all - losses + 1.0)) *
+                std::pow(share, losses) * std::pow(1 - share, all - losses);
+        const double bound = ChanceOfLosses({.losses = losses, .all = all, .share = share});
+        EXPECT_GE(bound, tail * (1 - 1e-9)) << losses << " of " << all << ", " << share;
+        EXPECT_LE(bound, 1);
+      }
+      EXPECT_NEAR(ChanceOfLosses({.losses = all, .all = all, .share = share}), std::pow(share, all),
+                  1e-9);
+    }
+  }
 }
 
 TEST(OrderStudies, PriorityThenPassThenId) {
@@ -106,6 +161,8 @@ TEST(PickJob, LeavesWhatOneHasJustLostToOthersForAWhile) {
   EXPECT_EQ(PickJob(std::vector{old}, "w", true), 0);
   EXPECT_EQ(PickJob(std::vector{mine, fresh}, "w", true), 1);
   EXPECT_EQ(PickJob(std::vector{theirs, mine}, "w", true), 0);
+  EXPECT_EQ(PickJob(std::vector{mine, fresh}, "w", false), 1);
+  EXPECT_EQ(PickJob(std::vector{old, fresh}, "w", true), 1);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "common/base/status.h"
 #include "common/base/system/log.h"
 #include "worker/agent/attempts/failure.h"
+#include "worker/agent/attempts/running.h"
 
 namespace parallax {
 namespace {
@@ -28,6 +29,10 @@ class LongJob final : public JobHandler {
       std::ofstream(dir + "/checkpoint") << "weights";
     }
     progress(0.5, "train", {{"loss", 0.25}, {"step", 7}});
+    if (spec == "program") {
+      std::ofstream(folder.scratch + "/log.txt") << std::string(9000, 'x') << "\nstep 7\rstep 8\n";
+      progress.FollowLog(folder.scratch + "/log.txt");
+    }
     at_work(folder);
     if (spec == "log") {
       for (int i = 0; i < 300; ++i) LogInfo("at work", {{"step", i}});
@@ -64,7 +69,10 @@ class JobSlotsTest : public ::testing::Test {
           ended = true;
           changed.notify_all();
         });
-    job.at_work = [&](const AttemptFolder&) { seen_ = slots.Running().at(0); };
+    job.at_work = [&](const AttemptFolder&) {
+      seen_ = slots.Running().at(0);
+      live_log_ = ProgressOf({seen_}, {}).at(0).log_tail();
+    };
     v1::Lease lease;
     lease.mutable_attempt()->set_job_id(1);
     lease.mutable_attempt()->set_fence(2);
@@ -81,7 +89,18 @@ class JobSlotsTest : public ::testing::Test {
 
   std::string dir_;
   RunningAttempt seen_;
+  std::string live_log_;  // Of a heartbeat at that moment.
 };
+
+TEST_F(JobSlotsTest, HeartbeatsCarryTheEndOfTheLogOfAJobThatRuns) {
+  Do(false, "program");
+  const std::string log = live_log_;
+  EXPECT_LE(log.size(), 2048u);
+  EXPECT_TRUE(log.ends_with("x\nstep 7\nstep 8")) << log;
+  Do(false, "");
+  EXPECT_EQ(live_log_.find("step"), std::string::npos) << "our own log: " << live_log_;
+  EXPECT_NE(live_log_.find("job started"), std::string::npos) << live_log_;
+}
 
 TEST_F(JobSlotsTest, FiguresOfALongJobAreToldWhileItRuns) {
   Do(false, "");

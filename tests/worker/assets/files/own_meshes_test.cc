@@ -103,7 +103,7 @@ TEST_F(OwnMeshesTest, BadFilesAreRefusedWithWhatIsWrong) {
     const char* what;
   } cases[] = {
       {"noise.glb", "not a mesh at all", "does not begin as a .glb does"},
-      {"noise.obj", "not a mesh at all", "not a .glb, .obj or .ply that can be read"},
+      {"noise.obj", "not a mesh at all", "0 triangles, wanted 1 to 2000000"},
       {"empty.ply", "", "does not begin with \"ply\""},
       {"cut.glb", GlbBox(1, 1, 1).substr(0, 200), "is cut: it has 200 of its"},
       {"flat.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n", "wanted"},

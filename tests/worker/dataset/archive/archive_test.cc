@@ -256,20 +256,64 @@ TEST_F(ArchiveTest, AnotherStudysFolderIsRefusedButMorePairsAreWelcome) {
                 "choose another folder");
 }
 
-TEST_F(ArchiveTest, MoreSeedsOfTrainingsAreWelcomeButNotOtherTrainings) {
+TEST_F(ArchiveTest, WhatAChangedStudyNoLongerAsksForIsKeptAside) {
+  auto archive = Open();
+  ASSERT_TRUE(archive->AddFrame(Publish("a", 0, 0), store_).ok());
+  ASSERT_TRUE(archive->Finish().ok());
+  const v1::StudySpec before = study_;
+  *study_.add_variants() = study_.variants(0);
+  study_.mutable_variants(study_.variants_size() - 1)->set_name("added");
+  archive = Open();
+  EXPECT_THAT(archive->set_aside(), testing::IsEmpty()) << "one variant more drops nothing";
+  EXPECT_EQ(archive->Frames()["a"], 1);
+
+  study_.mutable_variants(0)->mutable_config()->mutable_render()->set_max_bounces(7);
+  archive = Open();
+  ASSERT_EQ(archive->set_aside().size(), 1u);
+  const std::string aside = out_ + "/.parallax/aside/001";
+  EXPECT_THAT(archive->set_aside()[0],
+              testing::AllOf(HasSubstr("variant a: other settings"), HasSubstr("max_bounces: 7"),
+                             HasSubstr(aside)));
+  EXPECT_EQ(archive->Frames()["a"], 0);
+  EXPECT_TRUE(fs::exists(aside + "/a/frames/000000/000/left.png"));
+  EXPECT_TRUE(fs::exists(aside + "/study.lock.yaml"));
+
+  study_ = before;
+  study_.mutable_variants(0)->set_name("another");
+  archive = Open();
+  EXPECT_THAT(archive->set_aside(),
+              testing::Contains(HasSubstr("variant a: no longer in the study")));
+}
+
+TEST_F(ArchiveTest, TrainingsAndScoresOfOtherSettingsAreKeptAside) {
   study_.mutable_train()->set_seeds(3);
   study_.mutable_train()->set_steps(400);
+  study_.mutable_evaluate()->add_benchmarks("shipped");
+  study_.mutable_evaluate()->add_baselines("sgbm");
   const absl::StatusOr<v1::StudySpec> complete = ParseStudy(StudyToYaml(study_), "study.yaml");
   ASSERT_TRUE(complete.ok()) << complete.status();
   study_ = *complete;
   ASSERT_NE(Open(), nullptr);
+  fs::create_directories(out_ + "/training/a/builtin/seed-0");
+  fs::create_directories(out_ + "/scores");
+  const std::string of_a = "scores/shipped.a.builtin.seed-0.jsonl";
+  const std::string of_sgbm = "scores/shipped.sgbm.opencv.jsonl";
+  for (const std::string& file : {of_a, of_sgbm})
+    ASSERT_TRUE(WriteFile(out_ + "/" + file, "x").ok());
   study_.mutable_train()->set_seeds(5);
-  ASSERT_NE(Open(), nullptr);
+  study_.mutable_evaluate()->add_benchmarks("eth3d");
+  EXPECT_THAT(Open()->set_aside(), testing::IsEmpty()) << "seeds and benchmarks are added";
   study_.mutable_train()->set_steps(800);
-  const absl::Status status = ArchiveWriter::Open(out_, study_).status();
-  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string(status.message()),
-              HasSubstr("(there \"steps: 400\", now \"steps: 800\")"));
+  EXPECT_THAT(Open()->set_aside(),
+              testing::ElementsAre(testing::AllOf(HasSubstr("training and scores of a"),
+                                                  HasSubstr("(was \"steps: 400\", is "))));
+  EXPECT_FALSE(fs::exists(out_ + "/training/a"));
+  EXPECT_FALSE(fs::exists(out_ + "/" + of_a));
+  EXPECT_TRUE(fs::exists(out_ + "/.parallax/aside/001/" + of_a));
+  EXPECT_TRUE(fs::exists(out_ + "/" + of_sgbm));
+  study_.mutable_evaluate()->set_max_pairs(1);
+  EXPECT_THAT(Open()->set_aside(), testing::ElementsAre(HasSubstr("scores on shipped")));
+  EXPECT_FALSE(fs::exists(out_ + "/" + of_sgbm));
 }
 
 TEST_F(ArchiveTest, PicturesMayMoveButNotChange) {
@@ -279,10 +323,9 @@ TEST_F(ArchiveTest, PicturesMayMoveButNotChange) {
   materials.set_pictures_sha256(std::string(64, 'a'));
   ASSERT_NE(Open(), nullptr);
   materials.set_picture_dir("new/place");
-  ASSERT_NE(Open(), nullptr);
+  EXPECT_THAT(Open()->set_aside(), testing::IsEmpty());
   materials.set_pictures_sha256(std::string(64, 'b'));
-  EXPECT_THAT(std::string(ArchiveWriter::Open(out_, study_).status().message()),
-              HasSubstr("pictures_sha256"));
+  EXPECT_THAT(Open()->set_aside(), testing::ElementsAre(HasSubstr("pictures_sha256")));
 }
 
 TEST_F(ArchiveTest, AnotherVersionsFolderIsRefusedInItsOwnWords) {

@@ -237,7 +237,7 @@ TEST_F(FrameWriterTest, ErrorsSayWhatIsWrong) {
   EXPECT_EQ(Write(dir_, cancel).status().code(), absl::StatusCode::kCancelled);
   EXPECT_THAT(std::string(Write("/proc/no/such").status().message()), HasSubstr("/proc/no/such"));
   frame_.right.depth_m = ImageF(10, 10);
-  EXPECT_EQ(std::string(Write(dir_).status().message()), "rig 1: right depth is not 160 x 90");
+  EXPECT_EQ(std::string(Write(dir_).status().message()), "rig 1: depth_right.exr is not 160 x 90");
 }
 
 TEST(Statistics, WarpFindsTheSyntheticFrameInAgreementAndAShiftNot) {

@@ -69,7 +69,7 @@ TEST_F(FrameFolderTest, MismatchedPairsHaveTheRightImageOfAnotherScene) {
 TEST_F(FrameFolderTest, FramesThatNetworksMissAreTurnedDownWhereSharesAreGiven) {
   v1::FrameSet set = FramesOf("a");
   set.mutable_filters()->set_max_ambiguous_share(0.6);
-  std::map<FrameKey, double> shares;
+  std::map<FrameId, double> shares;
   for (uint32_t scene = 0; scene < kScenes; ++scene) {
     for (uint32_t rig = 0; rig < kRigs; ++rig) shares[{scene, rig}] = 0.6;
   }

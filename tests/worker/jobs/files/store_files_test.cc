@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "common/base/system/file.h"
 #include "common/store/store.h"
 
 namespace parallax {

@@ -72,6 +72,18 @@ TEST(OnnxNetwork, TakesPairsOfAnySizeAndGivesTheOutputThatIsAskedFor) {
   }
 }
 
+TEST(OnnxNetwork, NamesOfInputsSayWhichEyeTheyAre) {
+  const ImageRgb8 left = Picture(64, 32, 90, 60, 30), right = Picture(64, 32, 60, 30, 0);
+  ExpectEverywhere(Predict(Onnx("right_first"), ExchangeFormat::kOnnx, {}, left, right), 30, left);
+}
+
+TEST(OnnxNetwork, SoftmaxWithoutAnAxisTakesTheLastOne) {
+  // A row of equal values gives 1 / width; over the channels it would be 1 / 3 for equal ones.
+  const ImageRgb8 left = Picture(64, 32, 9, 9, 9), right = Picture(64, 32, 0, 0, 0);
+  ExpectEverywhere(Predict(Onnx("last_axis"), ExchangeFormat::kOnnx, {}, left, right), 320.0 / 64,
+                   left);
+}
+
 TEST(OnnxNetwork, OneNetworkTakesPairsOfSeveralSizes) {
   auto network = ExchangeNetwork::Load(Onnx("two_inputs"), ExchangeFormat::kOnnx, {}, 1);
   ASSERT_TRUE(network.ok()) << network.status();

@@ -49,6 +49,16 @@ def main():
     save("unknown",
          [pair, helper.make_node("GridSample", ["pair", "pair"], ["fine"], name="GridSample_1")],
          eyes, {"fine": open_sizes}, {})
+    # The right picture first, as its name says.
+    save("right_first",
+         [pair, convolution("pair", "whole", "fine")],
+         {"right": open_sizes, "left": open_sizes}, {"fine": one}, {"whole": DIFFERENCE})
+    # Softmax along the last axis, as it is from operator set 13 on: 1 / width, times 320.
+    save("last_axis",
+         [helper.make_node("Sub", ["left", "right"], ["difference"], name="Sub_0"),
+          helper.make_node("Softmax", ["difference"], ["shares"], name="Softmax_0"),
+          convolution("shares", "sum", "fine")],
+         eyes, {"fine": one}, {"sum": np.full((1, 3, 1, 1), 320 / 3, np.float32)})
     # Inputs that are no pictures.
     save("three_inputs", [convolution("left", "weights", "fine")],
          {**eyes, "mask": open_sizes}, {"fine": one}, {"weights": DIFFERENCE[:, :3]})

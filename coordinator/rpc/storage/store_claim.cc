@@ -1,0 +1,77 @@
+#include "coordinator/rpc/storage/store_claim.h"
+
+#include "coordinator/rpc/workers/output_check.h"
+
+namespace parallax {
+namespace {
+
+constexpr size_t kMostSeen = 100'000;
+constexpr char kAdopt[] =
+    "; if this is to be the database's store from now on, start once with --adopt-store; "
+    "what is missing there is then found and made again";
+
+absl::Status CheckSample(const Store& store, const KnownStore& known) {
+  ASSIGN_OR_RETURN(const std::string why, WhyNotInStore(store, known.sample));
+  if (why.empty()) return absl::OkStatus();
+  return FailedPrecondition(
+      "store {}: the database's newest results are not there ({}); is the "
+      "right disk mounted here?{}",
+      store.Uri(), why, kAdopt);
+}
+
+absl::Status CheckOwner(const Store& store, const KnownStore& known) {
+  ASSIGN_OR_RETURN(const std::string owner, store.Owner());
+  if (owner.empty() || owner == known.database_id) return absl::OkStatus();
+  return FailedPrecondition("store {}: it belongs to the database {}, and this one is {}{}",
+                            store.Uri(), owner, known.database_id, kAdopt);
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Store>> ClaimStore(const std::string& uri, const KnownStore& known,
+                                                  bool adopt) {
+  const bool is_new = known.id.empty() && known.sample.empty();
+  // Older object stores have no marker; their results tell them.
+  const bool is_older = known.id.empty() && uri.starts_with("s3://");
+  absl::StatusOr<std::unique_ptr<Store>> store =
+      OpenStore(uri, {.create = is_new || is_older || adopt, .id = adopt ? "" : known.id});
+  const bool is_other =
+      absl::IsNotFound(store.status()) || absl::IsFailedPrecondition(store.status());
+  if (is_other && !is_new) {
+    const std::string mine = known.id.empty()
+                                 ? "the database has results in its store"
+                                 : "the database's results are in the store " + known.id;
+    return FailedPrecondition("{}: {}{}", mine, ToStd(store.status().message()), kAdopt);
+  }
+  if (!store.ok() || (*store)->Id().empty()) return store;
+  if (!adopt) {
+    if (known.id.empty()) RETURN_IF_ERROR(CheckSample(**store, known));
+    RETURN_IF_ERROR(CheckOwner(**store, known));
+  }
+  ASSIGN_OR_RETURN(const std::string owner, (*store)->Owner());
+  if (owner != known.database_id) RETURN_IF_ERROR((*store)->SetOwner(known.database_id));
+  return store;
+}
+
+FilePresence::FilePresence(const Store& store)
+    : store_(store), is_far_(!store.LocalPath("here").ok()) {}
+
+bool FilePresence::Has(const std::vector<JobKind::OutputFile>& files) {
+  const std::string folder = CommonFolder(files);
+  if (is_far_) {
+    const std::lock_guard lock(mutex_);
+    if (seen_.count(folder) > 0) return true;
+  }
+  const auto why = WhyNotInStore(store_, files);
+  // A store that can't be asked, or is not there at all, says nothing of its files.
+  if (!why.ok()) return true;
+  if (!why->empty()) return !store_.CheckMarker().ok();
+  if (is_far_) {
+    const std::lock_guard lock(mutex_);
+    if (seen_.size() >= kMostSeen) seen_.clear();
+    seen_.insert(folder);
+  }
+  return true;
+}
+
+}  // namespace parallax

@@ -19,6 +19,7 @@
 #include "common/base/system/file.h"
 #include "common/image/hdr.h"
 #include "common/image/io.h"
+#include "common/image/picture_size.h"
 
 namespace parallax {
 namespace {
@@ -226,11 +227,11 @@ absl::StatusOr<Image<float, channels>> Decode(std::string_view bytes,
     ASSIGN_OR_RETURN(const Source source, (Channels(file).*choose)());
     Imf::InputPart part(file, source.part);
     const Imath::Box2i window = part.header().dataWindow();
-    const int width = window.max.x - window.min.x + 1, height = window.max.y - window.min.y + 1;
-    constexpr int kMostSide = 1 << 16;
-    if (width <= 0 || height <= 0 || width > kMostSide || height > kMostSide) {
-      return InvalidArgument("EXR of an impossible size");
-    }
+    const int64_t columns = int64_t{window.max.x} - window.min.x + 1;
+    const int64_t rows = int64_t{window.max.y} - window.min.y + 1;
+    RETURN_IF_ERROR(
+        picture_internal::CheckPictureSize("EXR", columns, rows, channels * sizeof(float)));
+    const auto width = static_cast<int>(columns), height = static_cast<int>(rows);
     Image<float, channels> image(width, height);
     const size_t stride = sizeof(float) * channels, row = stride * static_cast<size_t>(width);
     Imf::FrameBuffer buffer;

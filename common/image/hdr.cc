@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/names.h"
+#include "common/image/picture_size.h"
 
 namespace parallax {
 namespace {
@@ -62,13 +63,8 @@ absl::StatusOr<Resolution> ParseResolution(std::string_view line) {
   // Y counts upwards and X to the right: -Y begins at the top, -X at the right.
   found.lines_up = first_sign == (found.rows ? '+' : '-');
   found.pixels_back = second_sign == (found.rows ? '-' : '+');
-  constexpr int kMostSide = 1 << 16;
-  constexpr int64_t kMostPixels = int64_t{1} << 28;
-  if (found.lines > kMostSide || found.pixels > kMostSide ||
-      int64_t{found.lines} * found.pixels > kMostPixels) {
-    return InvalidArgument(".hdr of {} x {} pixels, allowed are {}", found.width(), found.height(),
-                           kMostPixels);
-  }
+  RETURN_IF_ERROR(
+      picture_internal::CheckPictureSize(".hdr", found.width(), found.height(), sizeof(float) * 3));
   return found;
 }
 

@@ -14,6 +14,7 @@
 
 #include "common/base/system/file.h"
 #include "common/image/picture_codecs.h"
+#include "common/image/picture_size.h"
 
 namespace parallax {
 namespace {
@@ -201,6 +202,8 @@ absl::StatusOr<Decoded> DecodeJpeg(std::string_view bytes) {
   if (decoder.codec.num_components == 4) {
     return InvalidArgument("JPEG of four inks (CMYK), wanted grey or R G B: convert it");
   }
+  RETURN_IF_ERROR(
+      CheckPictureSize("JPEG", decoder.codec.output_width, decoder.codec.output_height, 3));
   ImageRgb8 image(static_cast<int>(decoder.codec.output_width),
                   static_cast<int>(decoder.codec.output_height));
   const int orientation = OrientationOf(decoder);  // Decompress frees the markers.

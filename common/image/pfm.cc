@@ -10,6 +10,7 @@
 #include "common/base/status.h"
 #include "common/base/system/file.h"
 #include "common/image/io.h"
+#include "common/image/picture_size.h"
 
 namespace parallax {
 namespace {
@@ -66,10 +67,7 @@ absl::StatusOr<ImageF> DecodePfm(std::string_view bytes) {
   std::string_view scale_word = TakeWord(bytes);
   if (scale_word.starts_with('+')) scale_word.remove_prefix(1);
   const double scale = NumberOf<double>(scale_word);
-  constexpr int kMostSide = 1 << 16;
-  if (width <= 0 || height <= 0 || width > kMostSide || height > kMostSide) {
-    return InvalidArgument("PFM of an impossible size");
-  }
+  RETURN_IF_ERROR(picture_internal::CheckPictureSize("PFM", width, height, sizeof(float)));
   if (!(std::abs(scale) > 0)) {
     return InvalidArgument("PFM with the scale {}, wanted a number other than 0",
                            Quoted(scale_word));

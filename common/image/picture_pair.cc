@@ -10,6 +10,7 @@
 #include "common/base/system/file.h"
 #include "common/image/jpeg.h"
 #include "common/image/picture_codecs.h"
+#include "common/image/picture_size.h"
 
 namespace parallax {
 namespace {
@@ -130,11 +131,10 @@ absl::StatusOr<Decoded> DecodePnm(std::string_view bytes) {
   const size_t channels = bytes[1] == '5' ? 1 : 3;
   bytes.remove_prefix(2);
   const int width = TakeNumber(bytes), height = TakeNumber(bytes), most = TakeNumber(bytes);
-  constexpr int kMostSide = 1 << 14;
-  if (width <= 0 || height <= 0 || width > kMostSide || height > kMostSide || most <= 0 ||
-      most > 65535 || bytes.empty()) {
+  if (width <= 0 || height <= 0 || most <= 0 || most > 65535 || bytes.empty()) {
     return InvalidArgument("broken PGM or PPM: its header");
   }
+  RETURN_IF_ERROR(CheckPictureSize("PGM or PPM", width, height, 6));
   bytes.remove_prefix(1);
   const size_t value_bytes = most > 255 ? 2 : 1;
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);

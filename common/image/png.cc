@@ -7,6 +7,7 @@
 #include "common/base/system/file.h"
 #include "common/image/io.h"
 #include "common/image/picture_codecs.h"
+#include "common/image/picture_size.h"
 
 namespace parallax {
 namespace {
@@ -150,14 +151,6 @@ bool ReadRows(Reader& reader, Transfer& transfer) {
   return true;
 }
 
-// Sizes that no picture has, but a damaged header may.
-absl::Status CheckSize(const Layout& layout) {
-  constexpr int64_t kMostPixels = int64_t{1} << 28;
-  if (int64_t{layout.width} * layout.height <= kMostPixels) return absl::OkStatus();
-  return InvalidArgument("PNG of {} x {} pixels, allowed are {}", layout.width, layout.height,
-                         kMostPixels);
-}
-
 absl::Status Broken(const Transfer& transfer) {
   return InvalidArgument("broken PNG: {}", transfer.error);
 }
@@ -169,7 +162,8 @@ absl::StatusOr<Image<T, channels>> Decode(std::string_view bytes) {
   Reader reader(transfer);
   Layout layout;
   if (!ReadHeader(reader, &layout)) return Broken(transfer);
-  RETURN_IF_ERROR(CheckSize(layout));
+  RETURN_IF_ERROR(picture_internal::CheckPictureSize("PNG", layout.width, layout.height,
+                                                     channels * int64_t{sizeof(T)}));
   if (layout.bits != 8 * static_cast<int>(sizeof(T)) || layout.color_type != channels) {
     return InvalidArgument("PNG of {} bits and {} channels, wanted {} bits and {}", layout.bits,
                            layout.color_type, 8 * sizeof(T), channels);
@@ -206,7 +200,7 @@ absl::StatusOr<Decoded> DecodePng(std::string_view bytes) {
   Layout layout;
   Decoded decoded;
   if (!ReadHeaderAsRgb(reader, &layout, &decoded.significant)) return Broken(transfer);
-  RETURN_IF_ERROR(CheckSize(layout));
+  RETURN_IF_ERROR(CheckPictureSize("PNG", layout.width, layout.height, layout.bits == 16 ? 6 : 3));
   if (layout.bits == 16) {
     decoded.deep = Image<uint16_t, 3>(layout.width, layout.height);
     PointToRows(decoded.deep, transfer);

@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <fmt/core.h>
+#include <malloc.h>
 #include <netdb.h>
 #include <netinet/tcp.h>
 #include <poll.h>
@@ -28,6 +29,7 @@ constexpr int kBacklog = 4096;
 // A connection on which nothing came so long may wait in the kernel; then it is accepted.
 constexpr int kFirstByte_s = 3;
 constexpr int kPauseWithoutDescriptors_ms = 50;
+constexpr int kQuiet_ms = 10'000;  // Without a newcomer.
 constexpr int kTriesForOnePort = 10;
 constexpr size_t kMostExpected = 16;
 
@@ -264,9 +266,14 @@ void Listener::Loop() {
   pthread_setname_np(pthread_self(), "listener");
   std::vector<pollfd> polled = {{wake_, POLLIN, 0}};
   for (const Socket& socket : sockets_) polled.push_back({socket.fd, POLLIN, 0});
+  bool was_busy = false;
   while (true) {
-    if (poll(polled.data(), polled.size(), -1) < 0) continue;
+    const int ready = poll(polled.data(), polled.size(), was_busy ? kQuiet_ms : -1);
+    if (ready < 0) continue;
     if (polled[0].revents != 0) return;
+    was_busy = ready > 0;
+    // The C library keeps what a crowd of connections needed; the machine gets it back.
+    if (!was_busy) malloc_trim(0);
     for (size_t i = 0; i < sockets_.size(); ++i) {
       if (polled[i + 1].revents != 0) AcceptAll(sockets_[i]);
     }

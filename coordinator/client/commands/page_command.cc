@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "common/base/status.h"
 #include "common/rpc/endpoint.h"
@@ -24,19 +25,24 @@ absl::StatusOr<RpcAddress> AddressIn(const std::string& link) {
   return ParseRpcAddress(link.substr(begin, link.find('/', begin) - begin));
 }
 
+// The address of the option --http; nothing if it is not given.
+absl::StatusOr<std::optional<RpcAddress>> ParseGiven(const std::string& given) {
+  if (given.empty()) return std::nullopt;
+  if (given.find("://") != std::string::npos) {
+    return InvalidArgument("--http: '{}', wanted is HOST:PORT without a scheme", given);
+  }
+  ASSIGN_OR_RETURN(const RpcAddress address, ParseRpcAddress(given));
+  if (address.is_unix() || address.port == 0) {
+    return InvalidArgument("--http: the page is at HOST:PORT, not at {}", given);
+  }
+  return address;
+}
+
 // The link as this machine can open it. A coordinator that listens on all addresses names none.
-absl::StatusOr<std::string> Reachable(const std::string& link, const std::string& told,
+absl::StatusOr<std::string> Reachable(const std::string& link,
+                                      const std::optional<RpcAddress>& given,
                                       const RpcAddress& coordinator, Session& session) {
-  if (told.find("://") != std::string::npos) {
-    return InvalidArgument("--http: '{}', wanted is HOST:PORT without a scheme", told);
-  }
-  if (!told.empty()) {
-    ASSIGN_OR_RETURN(const RpcAddress address, ParseRpcAddress(told));
-    if (address.is_unix() || address.port == 0) {
-      return InvalidArgument("--http: the page is at HOST:PORT, not at {}", told);
-    }
-    return WithAddress(link, address.ToString());
-  }
+  if (given) return WithAddress(link, given->ToString());
   ASSIGN_OR_RETURN(RpcAddress page, AddressIn(link));
   const bool any = page.host == "0.0.0.0" || page.host == "::";
   if (any && !coordinator.is_unix()) {
@@ -52,11 +58,12 @@ absl::StatusOr<std::string> Reachable(const std::string& link, const std::string
   return link;
 }
 
-absl::StatusOr<ExitCode> Page(const std::string& told, Session& session) {
+absl::StatusOr<ExitCode> Page(const std::string& http, Session& session) {
+  ASSIGN_OR_RETURN(const std::optional<RpcAddress> given, ParseGiven(http));
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
   ASSIGN_OR_RETURN(const std::string url, connection->OpenPage());
   ASSIGN_OR_RETURN(const RpcAddress coordinator, ParseRpcAddress(session.options.coordinator));
-  ASSIGN_OR_RETURN(const std::string link, Reachable(url, told, coordinator, session));
+  ASSIGN_OR_RETURN(const std::string link, Reachable(url, given, coordinator, session));
   if (session.options.json) {
     session.PrintJson({{"link", link}});
   } else {

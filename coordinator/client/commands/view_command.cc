@@ -10,6 +10,7 @@
 #include "coordinator/client/connection.h"
 #include "coordinator/client/interrupt.h"
 #include "coordinator/client/runs/embedded_coordinator.h"
+#include "coordinator/client/runs/shared_store.h"
 #include "coordinator/client/views/text.h"
 #include "worker/dataset/sheets/contact_sheet.h"
 #include "worker/dataset/sheets/variant_sheet.h"
@@ -58,7 +59,9 @@ void PrintPage(const std::string& link, const char* note, Session& session) {
 
 // The page over a run's folder: the run's own while it runs, else one of this process.
 absl::StatusOr<ExitCode> ViewPage(const ViewOptions& options, Session& session) {
-  const std::string work_dir = (std::filesystem::absolute(options.dir) / ".parallax").string();
+  // Database and store may be in a folder that several datasets share.
+  const std::string work_dir =
+      StoreOf((std::filesystem::absolute(options.dir) / ".parallax").string());
   if (const auto address = AddressOfRun(work_dir); address.ok()) {
     ASSIGN_OR_RETURN(const auto connection, Connection::Open(*address));
     ASSIGN_OR_RETURN(const std::string link, connection->OpenPage());

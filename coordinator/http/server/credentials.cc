@@ -1,5 +1,6 @@
 #include "coordinator/http/server/credentials.h"
 
+#include <absl/strings/escaping.h>
 #include <strings.h>
 #include <unistd.h>
 
@@ -8,31 +9,12 @@
 #include "common/rpc/address.h"
 
 namespace parallax {
-namespace {
-
-// Decodes up to the first character that is not a Base64 digit, such as the padding.
-std::string DecodeBase64(const std::string& text) {
-  constexpr std::string_view kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string bytes;
-  unsigned bits = 0;
-  int count = 0;
-  for (const char c : text) {
-    const size_t digit = kDigits.find(c);
-    if (digit == std::string_view::npos) break;
-    bits = bits << 6 | static_cast<unsigned>(digit);
-    count += 6;
-    if (count >= 8) bytes += static_cast<char>(bits >> (count -= 8) & 255);
-  }
-  return bytes;
-}
-
-}  // namespace
 
 std::string TokenIn(const std::string& authorization) {
   if (authorization.rfind("Bearer ", 0) == 0) return authorization.substr(7);
   if (authorization.rfind("Basic ", 0) != 0) return "";
-  const std::string pair = DecodeBase64(authorization.substr(6));
+  std::string pair;
+  if (!absl::Base64Unescape(authorization.substr(6), &pair)) return "";
   return pair.substr(std::min(pair.size(), pair.find(':') + 1));
 }
 

@@ -59,7 +59,9 @@ TEST(RateEstimator, LeasesLongerThanTheWindowHaveARate) {
   RateEstimator rate(600);
   for (int t = 0; t <= 6000; t += 10) {
     rate.Add(t, 20 * (t / 1000));
-    if (t >= 2000) EXPECT_NEAR(*rate.PerSecond(), 0.02, 0.012) << t;
+    if (t >= 2000) {
+      EXPECT_NEAR(*rate.PerSecond(), 0.02, 0.012) << t;
+    }
   }
 }
 

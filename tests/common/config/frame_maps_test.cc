@@ -72,7 +72,9 @@ TEST(FrameMaps, AreThoseThatConfigsMayName) {
 TEST(FrameMaps, HaveStemsAndFilesOfTheirOwn) {
   std::set<std::string> stems, files;
   for (const FrameMap& row : FrameMaps()) {
-    if (!row.map.empty()) EXPECT_TRUE(stems.emplace(row.stem()).second) << row.file;
+    if (!row.map.empty()) {
+      EXPECT_TRUE(stems.emplace(row.stem()).second) << row.file;
+    }
     for (const std::string& file : row.Files()) EXPECT_TRUE(files.insert(file).second) << file;
     EXPECT_EQ(row.IsExr(), row.file.ends_with(".exr")) << row.file;
   }

@@ -249,7 +249,7 @@ TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {
        "s.yaml:11: train.variants: a list beside only_mixtures, allowed is one of them"},
       {"train: {mixtures: {a: 1}}",
        "s.yaml:11: train.mixtures: a map, allowed is a list of {name, parts, share, mismatched, "
-       "curated}"},
+       "curated, truth}"},
       {"train: {mixtures: [3]}", "s.yaml:11: train.mixtures[0]: 3, allowed is a map of fields"},
       {"train: {mixtures: [{name: wide, parts: [{variant: wide}]}]}",
        "s.yaml:11: train.mixtures[0].name: \"wide\" names another variant too, allowed is a name "

@@ -12,6 +12,7 @@
 
 #include "common/base/rng.h"
 #include "common/base/system/file.h"
+#include "common/base/system/memory_budget.h"
 #include "common/image/jpeg.h"
 
 namespace parallax {
@@ -272,6 +273,21 @@ TEST(ImageIo, BrokenBytesAreErrorsAndNotCrashes) {
   EXPECT_EQ(std::string(DecodePngU8("GIF89a").status().message()), "not a PNG");
   EXPECT_FALSE(DecodePfm("Pf\n-1 5\n-1\n").ok());
   EXPECT_FALSE(DecodePfm("Pf\n99999999 99999999\n-1\n").ok());
+}
+
+TEST(ImageIo, PicturesBeyondTheMemoryLimitAreRefusedBeforeTheyAreDecoded) {
+  const std::string png = *EncodePng(ImageRgb8(4096, 4096));  // 48 MB decoded.
+  const std::string exr = *EncodeExrY(ImageF(4096, 4096));    // 64 MB.
+  const std::string pfm = *EncodePfm(ImageF(4096, 4096));
+  SetMemoryLimit(ResidentMemory() + (32 << 20));
+  EXPECT_EQ(DecodePngRgb8(png).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(DecodePictureRgb8(png).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(DecodeExrY(exr).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(DecodePfm(pfm).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(DecodePngRgb8(png).status().message()),
+              testing::HasSubstr("PNG of 4096 x 4096 pixels: needs about 48 MB"));
+  SetMemoryLimit(0);
+  EXPECT_TRUE(DecodePngRgb8(png).ok());
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ TEST_F(RevocationTest, AListThatIsLostFreesNobody) {
   ASSERT_TRUE(revoked.ok()) << revoked.status();
   const std::string carl(64, 'c');
   const auto both = [&] { return (*revoked)->Contains(ada_) && (*revoked)->Contains(bob_); };
-  for (const std::string left : {std::string(), std::string("# none\n"), ada_ + "\n", carl}) {
+  for (const std::string& left : {std::string(), std::string("# none\n"), ada_ + "\n", carl}) {
     ASSERT_TRUE(WriteFile(path_, left).ok());
     clock_.Step();
     EXPECT_TRUE(both()) << left;

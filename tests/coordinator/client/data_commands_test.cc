@@ -96,16 +96,19 @@ TEST_F(CommandTest, SceneShowReadsFilesAndCoordinators) {
 }
 
 TEST_F(CommandTest, ScenesOfAMistypedFolderSayThatThereIsNone) {
-  const std::vector<std::string> mistyped = {"scene", "show", dir_ + "/nosuch", "narrow", "0"};
+  const Outcome path = RunCommand({"scene", "show", dir_ + "/nosuch", "narrow", "0"});
+  EXPECT_EQ(path.exit_code, kExitUsage);
+  EXPECT_THAT(path.err, HasSubstr("/nosuch: no such folder\n"));
+  const std::vector<std::string> mistyped = {"scene", "show", "nosuch", "narrow", "0"};
   std::vector<std::string> alone = mistyped;
   alone.insert(alone.end(), {"--coordinator", "unix:" + dir_ + "/socket"});
   Outcome outcome = RunCommand(alone);
   EXPECT_EQ(outcome.exit_code, kExitUnreachable);
-  EXPECT_THAT(outcome.err, HasSubstr("/nosuch: no such folder here, and no coordinator at "));
+  EXPECT_THAT(outcome.err, HasSubstr("nosuch: no such folder here, and no coordinator at "));
   coordinator_.studies = {Baseline()};
   outcome = Run(mistyped);
   EXPECT_EQ(outcome.exit_code, kExitUsage);
-  EXPECT_THAT(outcome.err, HasSubstr("/nosuch: no such folder here, and no study '"));
+  EXPECT_THAT(outcome.err, HasSubstr("nosuch: no such folder here, and no study '"));
   fs::create_directories(dir_ + "/data/narrow/scenes");
   outcome = RunCommand({"scene", "show", dir_ + "/data"});
   EXPECT_THAT(outcome.err, HasSubstr("/data VARIANT SCENE with a variant of narrow"));

@@ -90,7 +90,7 @@ TEST(Machine, WhatAStudyNeedsAndIsNotHereIsSaidWithItsRemedy) {
 }
 
 TEST(LocalStore, IsTheDatasetsOwnUnlessTheUserSharesOne) {
-  std::string dir = testing::TempDir() + "/stores-XXXXXX";
+  std::string dir = testing::TempDir() + "stores-XXXXXX";
   ASSERT_NE(mkdtemp(dir.data()), nullptr);
   const std::string one = dir + "/one/.parallax", two = dir + "/two/.parallax";
   fs::create_directories(one);

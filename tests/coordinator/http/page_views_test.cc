@@ -12,7 +12,7 @@ using testing::HasSubstr;
 
 class PageViewsTest : public HttpTest {
  protected:
-  json FirstPair(httplib::Client& client, int64_t study) {
+  json FirstPair(Browser& client, int64_t study) {
     return Json(client, "/api/v1/studies/" + std::to_string(study) + "/pairs")["pairs"].at(0);
   }
 };

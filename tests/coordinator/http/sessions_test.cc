@@ -113,7 +113,9 @@ TEST(Credentials, HostsAreParsedWhole) {
   for (const auto& c : cases) {
     const auto host = HostIn(c.header);
     EXPECT_EQ(host.has_value(), c.host != nullptr) << c.header;
-    if (host) EXPECT_STREQ(host->c_str(), c.host) << c.header;
+    if (host) {
+      EXPECT_STREQ(host->c_str(), c.host) << c.header;
+    }
   }
   EXPECT_TRUE(IsOwnName("farm"));
   EXPECT_FALSE(IsOwnName("farm.evil.com"));

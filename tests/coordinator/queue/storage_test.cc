@@ -7,6 +7,7 @@
 #include <atomic>
 #include <fstream>
 #include <thread>
+#include <utility>
 
 #include "common/base/status.h"
 #include "coordinator/queue/database/database_file.h"
@@ -101,8 +102,9 @@ TEST_F(StorageTest, NetworkFileSystemsAreKnownByTheirNumbers) {
 }
 
 TEST_F(StorageTest, AFolderThatIsNotThereIsNamed) {
-  options_.db_path = folder_ + "/absent/queue.db";
+  const std::string path = std::exchange(options_.db_path, folder_ + "/absent/queue.db");
   const absl::Status status = OpenStatus();
+  options_.db_path = path;
   EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(std::string(status.message()), HasSubstr("/absent"));
 }

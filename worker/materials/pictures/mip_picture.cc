@@ -42,11 +42,20 @@ float Near(float u, MipPicture::Edge edge) {
 }  // namespace
 
 MipPicture::MipPicture(const ImageRgb8& image, Values values, Edges edges) : edges_(edges) {
+  const auto pixel = [&](int x, int y) {
+    return PixelValue(
+        image.At(Wrapped(x, image.width(), edges_.u), Wrapped(y, image.height(), edges_.v)),
+        values);
+  };
   Level level{image.width(), image.height(), {}};
-  level.pixels.reserve(image.pixels());
-  for (int y = 0; y < image.height(); ++y) {
-    for (int x = 0; x < image.width(); ++x)
-      level.pixels.push_back(PixelValue(image.At(x, y), values));
+  if (std::max(level.width, level.height) > kMipPixels) {
+    // At full size the floats of a large picture would take four times its own memory.
+    level = Halved(level.width, level.height, pixel);
+  } else {
+    level.pixels.reserve(image.pixels());
+    for (int y = 0; y < image.height(); ++y) {
+      for (int x = 0; x < image.width(); ++x) level.pixels.push_back(pixel(x, y));
+    }
   }
   while (std::max(level.width, level.height) > kMipPixels) level = Halved(level);
   levels_.push_back(std::move(level));
@@ -62,16 +71,20 @@ const Vec3f& MipPicture::Pixel(const Level& level, int x, int y) const {
       .pixels[static_cast<size_t>(y) * static_cast<size_t>(level.width) + static_cast<size_t>(x)];
 }
 
-MipPicture::Level MipPicture::Halved(const Level& fine) const {
-  Level out{std::max(1, fine.width / 2), std::max(1, fine.height / 2), {}};
+template <typename PixelAt>
+MipPicture::Level MipPicture::Halved(int width, int height, const PixelAt& pixel) {
+  Level out{std::max(1, width / 2), std::max(1, height / 2), {}};
   for (int y = 0; y < out.height; ++y) {
     for (int x = 0; x < out.width; ++x) {
-      out.pixels.push_back(0.25f *
-                           (Pixel(fine, 2 * x, 2 * y) + Pixel(fine, 2 * x + 1, 2 * y) +
-                            Pixel(fine, 2 * x, 2 * y + 1) + Pixel(fine, 2 * x + 1, 2 * y + 1)));
+      out.pixels.push_back(0.25f * (pixel(2 * x, 2 * y) + pixel(2 * x + 1, 2 * y) +
+                                    pixel(2 * x, 2 * y + 1) + pixel(2 * x + 1, 2 * y + 1)));
     }
   }
   return out;
+}
+
+MipPicture::Level MipPicture::Halved(const Level& fine) const {
+  return Halved(fine.width, fine.height, [&](int x, int y) { return Pixel(fine, x, y); });
 }
 
 Vec3f MipPicture::Bilinear(const Level& level, float u, float v) const {

@@ -34,6 +34,9 @@ class MipPicture {
     int width = 0, height = 0;
     std::vector<Vec3f> pixels;
   };
+  // Returns the level above one of `width` x `height` with the values `pixel`(x, y).
+  template <typename PixelAt>
+  static Level Halved(int width, int height, const PixelAt& pixel);
   Level Halved(const Level& fine) const;
   const Vec3f& Pixel(const Level& level, int x, int y) const;
   Vec3f Bilinear(const Level& level, float u, float v) const;

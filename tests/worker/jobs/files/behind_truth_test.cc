@@ -66,7 +66,9 @@ TEST_F(BehindTruthTest, IsThatOfTheLastLayer) {
       const bool two = count.values()[i] == 2;
       ASSERT_EQ(disparity.values()[i], (two ? second : first).values()[i]);
       ASSERT_EQ(masks.values()[i], two ? 0 : old_masks.values()[i]);
-      if (two) ASSERT_EQ(objects.values()[i], 2);
+      if (two) {
+        ASSERT_EQ(objects.values()[i], 2);
+      }
       behind += two;
       visible += two && occlusion.values()[i] == 0;
     }
@@ -98,7 +100,9 @@ TEST_F(BehindTruthTest, KnowsTheExteriorOfRooms) {
   const ImageU8 count = *ReadPngU8(dir_ + "layers_left.png");
   const ImageU8 masks = *DecodePngU8(made->at("masks_left.png"));
   for (size_t i = 0; i < count.pixels(); ++i) {
-    if (count.values()[i] == 2) ASSERT_EQ(masks.values()[i], kMaskExterior);
+    if (count.values()[i] == 2) {
+      ASSERT_EQ(masks.values()[i], kMaskExterior);
+    }
   }
 }
 

@@ -251,7 +251,7 @@ ProgramError CheckDeeply(const CheckOptions& options) {
   if (!queue.ok()) return ExplainOpenError(queue.status(), options.db);
   const auto scrub = (*queue)->GetScrub();
   if (scrub.ok() && *scrub && !(*scrub)->ended_unix_s && !(*scrub)->position.empty()) {
-    std::cout << "goes on behind " << (*scrub)->files << " files that were read before\n";
+    std::cout << "continues after " << (*scrub)->files << " files that were read before\n";
   }
   Scrubber scrubber(**queue, **store,
                     {.bytes_per_s = options.mb_per_s * 1e6, .repair = options.repair});
@@ -352,7 +352,7 @@ int Main(int argc, char** argv) {
                   "that it has them");
   check
       ->add_option("--mb-per-s", line.check.mb_per_s,
-                   "Read at most so many megabytes a second (default 0: as fast as it goes)")
+                   "Megabytes a second that are read (default 0: as fast as possible)")
       ->check(CLI::Range(0.0, 1e6));
   CLI::App* backup = app.add_subcommand(
       "backup", "Copy a database consistently, also while a coordinator serves it");

@@ -319,6 +319,75 @@ def links():
                     yield f"{path}: {name} includes {header}, but does not link {needed}"
 
 
+def anchors(text):
+    """Anchors of a page's headings, as GitHub and the site make them."""
+    found, fenced = set(), False
+    for line in text.splitlines():
+        fenced ^= line.lstrip().startswith("```")
+        if not fenced and re.match(r"#+ ", line):
+            name = re.sub(r"[^\w\- ]", "", line.lstrip("# ").strip().lower())
+            found.add(name.replace(" ", "-"))
+    return found
+
+
+def documents():
+    """Links of Markdown lead to files and headings that are there; so do the sources that their tables name. Text is 120 columns
+    wide at most."""
+    generated = {f"deploy/site/docs/{page}.md" for page in ("reference/config", "reference/commands", "notebooks/first_steps")}
+    names = tracked("*")
+    for path in tracked("*.md"):
+        fenced = False
+        for number, line in enumerate(read(path).splitlines(), 1):
+            fenced ^= line.lstrip().startswith("```")
+            if len(line) > 120 and not fenced and not line.lstrip().startswith("|") and " " in line.strip()[:100]:
+                yield f"{path}:{number}: {len(line)} columns, at most 120"
+            if path.endswith(("README.md", "CONTRIBUTING.md", "extend.md")) and line.startswith("|"):
+                for named in re.findall(r"`([\w-]+(?:/[\w-]+)*\.(?:cc|h|proto))`", line):
+                    if not any(f"/{name}".endswith(f"/{named}") for name in names):
+                        yield f"{path}:{number}: no file {named}"
+            for target, anchor in re.findall(r"\]\((?![a-z]+:)([^)#\s]*)(?:#([^)\s]*))?\)", re.sub(r"`[^`]*`", "", line)):
+                to = (ROOT / path).parent / target if target else ROOT / path
+                site = str(to.resolve().relative_to(ROOT)) if to.resolve().is_relative_to(ROOT) else ""
+                # The site has deploy/images as images.
+                if site.startswith("deploy/site/docs/images/"):
+                    to = ROOT / "deploy/images" / to.name
+                if site in generated:
+                    continue
+                if not to.exists():
+                    yield f"{path}:{number}: no {target}"
+                elif anchor and to.suffix == ".md" and anchor not in anchors(to.read_text()):
+                    yield f"{path}:{number}: {target} has no heading #{anchor}"
+
+
+# For each row of CONTRIBUTING.md's table of what to touch: an example, as the files that must know of it name it.
+EXAMPLES = {
+    "an asset class": r'"Urchin"',
+    "a material": r'"AntiqueMirror"',
+    "a config knob": "max_sky_share",
+    "a type of scene": "kDenseScenes",
+    "a kind of job": "MakeEvaluate(Kind|Handler)",
+    "a benchmark": r'"drivingstereo"|driving_stereo\.cc|AddDrivingStereo',
+    "a layout of exports": r"\bwmgstereo\b",
+}
+
+
+def touched():
+    """The files that CONTRIBUTING.md says to touch are all that name an example of the row."""
+    rows = {row.split(" | ")[0].strip("| "): row for row in read("CONTRIBUTING.md").splitlines() if row.startswith("| ")}
+    for what, pattern in EXAMPLES.items():
+        if what not in rows:
+            yield f"CONTRIBUTING.md: no row '{what}'"
+            continue
+        named = re.findall(r"`([\w./-]+(?:/|\.\w+))`", rows[what])
+        found = [path for path in tracked("common/*", "configs/*", "coordinator/*", "worker/*", "proto/*")
+                 if path.endswith((".cc", ".h", ".proto", ".yaml", ".txt", ".csv")) and re.search(pattern, read(path))]
+        others = [path for path in found if not any(path.startswith(name) or f"/{path}".endswith(f"/{name}") for name in named)]
+        if len(others) > rows[what].count("the code that reads it"):
+            yield f"CONTRIBUTING.md: '{what}' does not name {', '.join(others)}, which has {pattern}"
+        if not found:
+            yield f"tests/check_tree.py: no file has {pattern}, the example of '{what}'"
+
+
 def broken_rulers():
     for path in sources():
         for number, line in enumerate(read(path).splitlines(), 1):

@@ -70,7 +70,7 @@ absl::StatusOr<RpcAddress> ParseRpcAddress(std::string_view text) {
   if (host.size() >= 2 && host.front() == '[' && host.back() == ']') {
     host = host.substr(1, host.size() - 2);
   } else if (host.find(':') != std::string_view::npos) {
-    return BadAddress(text, "an IPv6 address stands in brackets");
+    return BadAddress(text, "an IPv6 address needs brackets, as in [::1]:7070");
   }
   if (host.empty()) return BadAddress(text, "no host");
   if (host.find_first_of(" \t\n/\\,[]") != std::string_view::npos) {

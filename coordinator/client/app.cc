@@ -33,7 +33,7 @@ constexpr char kExamples[] =
     "  parallax watch baseline                        bars, rate and time left\n"
     "  parallax fetch baseline --out out/baseline     the dataset on disk\n"
     "\n"
-    "`parallax COMMAND --help` tells more of a command.\n"
+    "`parallax COMMAND --help` describes a command.\n"
     "\n";
 
 // The command whose arguments were being read when an error came up.

@@ -20,9 +20,9 @@ namespace parallax::client {
 namespace {
 
 constexpr std::chrono::seconds kTimeout{20};
-constexpr int kStudiesUnlessTold = 100;
-constexpr int kAuditUnlessTold = 100;
-constexpr int kJobsUnlessTold = 1000;
+constexpr int kDefaultStudies = 100;
+constexpr int kDefaultAuditEntries = 100;
+constexpr int kDefaultJobs = 1000;
 constexpr int kJobsAtOnce = 5000;
 
 // gRPC's own words name sockets and addresses several times over; the cause is the part people
@@ -146,7 +146,7 @@ absl::StatusOr<v1::ListStudiesReply> Connection::StudiesBefore(int64_t before, i
 }
 
 absl::StatusOr<v1::ListStudiesReply> Connection::ListStudies(int limit) {
-  const int wanted = limit > 0 ? limit : kStudiesUnlessTold;
+  const int wanted = limit > 0 ? limit : kDefaultStudies;
   v1::ListStudiesReply all;
   int64_t before = 0;
   while (all.studies_size() < wanted) {
@@ -213,7 +213,7 @@ absl::StatusOr<v1::DrainWorkersReply> Connection::DrainWorkers(
 }
 
 absl::StatusOr<v1::ListJobsReply> Connection::ListJobs(v1::ListJobsRequest request) {
-  const int wanted = request.limit() > 0 ? request.limit() : kJobsUnlessTold;
+  const int wanted = request.limit() > 0 ? request.limit() : kDefaultJobs;
   v1::ListJobsReply all;
   while (all.jobs_size() < wanted) {
     const int asked = std::min(wanted - all.jobs_size(), kJobsAtOnce);
@@ -288,7 +288,7 @@ absl::StatusOr<v1::GetInfoReply> Connection::GetInfo() {
 }
 
 absl::StatusOr<v1::ListAuditReply> Connection::ListAudit(v1::ListAuditRequest request) {
-  const int wanted = request.limit() > 0 ? request.limit() : kAuditUnlessTold;
+  const int wanted = request.limit() > 0 ? request.limit() : kDefaultAuditEntries;
   v1::ListAuditReply all;
   while (all.entries_size() < wanted) {
     request.set_limit(wanted - all.entries_size());
@@ -319,7 +319,7 @@ absl::StatusOr<v1::StudyStatus> Connection::FindStudy(const std::string& id_or_n
   }
   std::string known;
   for (int64_t before = 0;;) {
-    ASSIGN_OR_RETURN(const v1::ListStudiesReply list, StudiesBefore(before, kStudiesUnlessTold));
+    ASSIGN_OR_RETURN(const v1::ListStudiesReply list, StudiesBefore(before, kDefaultStudies));
     if (list.studies().empty()) break;
     if (before == 0) known = SomeOf(list);
     before = list.studies(list.studies_size() - 1).study_id();

@@ -77,7 +77,7 @@ absl::StatusOr<v1::Scene> ReadArchivedScene(const std::string& dir, const std::s
                   names.empty() ? "" : ", from " + names.front() + " to " + names.back());
 }
 
-// The coordinator's words for an unknown variant or scene would not know what there is.
+// Checked here because the coordinator's error does not list the known names.
 absl::Status CheckVariant(const v1::StudyStatus& study, const std::string& variant) {
   std::vector<std::string> known;
   for (const v1::VariantStatus& status : study.variants()) {

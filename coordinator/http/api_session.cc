@@ -49,7 +49,7 @@ absl::StatusOr<WebReply> EndSession(ApiParts& parts, const WebRequest& request) 
   return reply;
 }
 
-// Only who shows a certificate or the token itself: a session can't prolong itself.
+// Needs a certificate or the token itself: a session cannot extend itself.
 absl::StatusOr<WebReply> NewLink(ApiParts& parts, const WebRequest& request) {
   if (!request.caller.session.empty()) {
     return PermissionDenied("a session makes no links; `parallax page` does");

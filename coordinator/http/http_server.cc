@@ -123,8 +123,8 @@ class HttpServerImpl final : public HttpServer {
   }
 
   // ---- Who asks
-  // Whether everybody who reaches the port is known: may do everything, or, in a farm with
-  // certificates, look.
+  // Whether callers need no credentials. They may do everything, or only read in a farm with
+  // certificates.
   bool IsOpen() const { return token_.empty() && !options_.by_link_only; }
 
   std::optional<WebCaller> Identify(const ServerRequest& request) {

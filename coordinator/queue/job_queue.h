@@ -258,9 +258,9 @@ class JobQueue {
   // Returns studies, the newest first; with `before`, only those with smaller ids. limit <= 10,000.
   absl::StatusOr<std::vector<v1::StudyStatus>> ListStudies(int limit, int64_t before = 0,
                                                            bool only_unfinished = false);
-  // `state` empty: jobs that need a look first, then by progress. A page goes on behind the last
-  // job of the one before (after_job, after_state). limit <= 10,000. kNotFound for an after_job
-  // that there is not.
+  // `state` empty: jobs that need attention first, then by progress. A page continues after the
+  // last job of the one before (after_job, after_state). limit <= 10,000.
+  // Errors: kNotFound if after_job does not exist.
   absl::StatusOr<std::vector<v1::JobStatus>> ListJobs(const v1::ListJobsRequest& request);
   // Returns a job with all its attempts, the newest first. Errors: kNotFound.
   absl::StatusOr<v1::ListAttemptsReply> ListAttempts(int64_t job);

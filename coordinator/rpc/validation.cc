@@ -196,8 +196,8 @@ absl::Status CheckDrain(const v1::DrainWorkersRequest& request) {
       name.begin(), name.end(), [](char c) { return c == '*' || c == '?'; }, 'x');
   if (!IsName(name)) {
     return InvalidArgument(
-        "pattern {} matches no name of a worker; it is a name in which * stands for any characters "
-        "and ? for one",
+        "pattern {} matches no name of a worker; it is a name in which * matches any characters "
+        "and ? one",
         Quoted(request.pattern()));
   }
   return CheckPlainText("reason", request.reason(), kMaxReasonBytes);

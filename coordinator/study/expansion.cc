@@ -37,7 +37,7 @@ absl::Status CheckContentIsNamed(const v1::SceneConfig& config) {
     if (!folder.wanted || !folder.sha256.empty()) continue;
     return InvalidArgument(
         "{} is missing; results are kept by the content of the folder, which `parallax config {} "
-        "DIR` tells",
+        "DIR` prints",
         folder.field, folder.command);
   }
   return absl::OkStatus();

@@ -29,6 +29,7 @@ mkdir -p "$work/docs/images"
 cp deploy/images/* "$work/docs/images/"
 /usr/bin/python3 -B deploy/site/make_reference.py config --out "$work/docs/reference"
 /usr/bin/python3 -B deploy/site/make_reference.py commands --bin "$bin" --out "$work/docs/reference"
+/usr/bin/python3 -B deploy/site/notebook_page.py "$work/docs/notebooks/first_steps.ipynb" "$work/docs/notebooks/first_steps.md"
 if [ -n "$serve" ]; then "$VENV/bin/mkdocs" serve --config-file "$work/mkdocs.yml"; exit; fi
 "$VENV/bin/mkdocs" build --quiet --strict --config-file "$work/mkdocs.yml" --site-dir "$(realpath -m "$out")"
 echo "site: $out/index.html"

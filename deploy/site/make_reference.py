@@ -14,8 +14,23 @@ import sys
 import tempfile
 
 PROTOS = ("config", "jobs", "scene", "train", "study")
-SECTIONS = {  # Shown with their own heading; the rest of the messages stand where they are used.
-    "SceneConfig": "Scenes", "TrainSpec": "Training", "EvaluateSpec": "Evaluating"}
+# Headings of the page: title, message, path of its fields in a file.
+SECTIONS = (("Scenes", "SceneConfig", ""), ("Training", "TrainSpec", "train"), ("Evaluating", "EvaluateSpec", "evaluate"))
+# The words of a study file that no message has as they are; the others have the comments of StudySpec and VariantSpec.
+OF_A_STUDY = {"study": "name", "pairs": "", "rigs_per_scene": "", "seed": "", "priority": "", "tags": "", "memory_mb": ""}
+WORDS = {
+    "extends": "Another study, built in or a file, that this file continues: its fields are the defaults of all fields here. "
+               "Variants of the same name are merged, new ones are added.",
+    "base": "A scene config, built in (`indoor`, `dense`, `nature`, `street`) or a file, onto which `set` is merged. "
+            "Absent: every field at its default.",
+    "set": "Fields of the scene config that differ from the base, for all variants.",
+    "variants": "The datasets of the study, which should differ in one thing.",
+    "variants[].base": "As `base`, for this variant.",
+    "variants[].set": "As `set`, for this variant; it overrides the study's.",
+    "variants[].config": "In place of `base` and `set`: the whole scene config, as study.lock.yaml has it.",
+    "train": "Trains networks on each variant; fields below. Absent: no training.",
+    "evaluate": "Scores the networks; fields below. Absent: no evaluation.",
+}
 DISTRIBUTION = "A number, or `{uniform: [low, high]}`, `{uniform_int: [low, high]}`, `{choice: [...]}`, " \
                "`{clip_gaussian: [mean, std, low, high]}`, `{bernoulli: p}`: drawn anew for each use."
 
@@ -38,6 +53,7 @@ class Schema:
 
     def __init__(self, files, rules):
         self.rules, self.messages, self.enums, self.comments = rules, {}, {}, {}
+        self.without_meaning = []
         for file in files:
             comments = {tuple(l.path): (l.leading_comments + l.trailing_comments).strip()
                         for l in file.source_code_info.location}
@@ -101,45 +117,81 @@ def bounds(rule):
     return "; ".join(parts)
 
 
-def rows(schema, name, prefix=""):
-    """(path, default, allowed, meaning) of each field, groups unfolded."""
-    for field in schema.messages[name].field:
-        path = f"{prefix}{field.name}"
-        rule = schema.rule(field)
+def meaning(schema, name, field):
+    text = one_line(schema.comments[f"{name}.{field}"])
+    if not text:
+        schema.without_meaning.append(f"{name.removeprefix('.parallax.v1.')}.{field}")
+    return text
+
+
+def row(schema, name, field):
+    """(default, allowed, meaning) of a field that is no group."""
+    rule = schema.rule(field)
+    allowed = bounds(rule)
+    if field.type == field.TYPE_ENUM:
+        values = [v for v in schema.enum_values(field.type_name) if not rule.allowed or v[0] in rule.allowed]
+        allowed = ", ".join(f"`{word}`" for word, _ in values)
         comment = one_line(schema.comments[f"{name}.{field.name}"])
-        if is_group(schema, field) and field.label != field.LABEL_REPEATED:
-            yield from rows(schema, field.type_name, path + ".")
-            continue
-        if listed := texts_of(schema, name, field):
-            yield from rows(schema, field.type_name, f"{prefix}{listed}[].")
-            continue
+        comment = " ".join([comment] + [f"`{w}`: {c}" for w, c in values if c]).strip()
+        return rule.default_yaml, allowed, comment or meaning(schema, name, field.name)
+    if is_distribution(field):
+        allowed = "distribution" + (f", {allowed}" if allowed else "")
+    return rule.default_yaml, allowed, meaning(schema, name, field.name)
+
+
+def groups(schema, name, path, comment, found):
+    """Into `found`, by message: the paths of its groups, what is said of them, and the rows of the fields."""
+    new = name not in found
+    about = " ".join(filter(None, [comment, one_line(schema.comments[name])]))
+    paths, _, own = found.setdefault(name, ([], about, []))
+    paths.append(path)
+    for field in schema.messages[name].field:
+        below = f"{path}.{field.name}" if path else field.name
+        listed = texts_of(schema, name, field)
         if is_group(schema, field):
-            yield path, "", "list", comment
-            yield from rows(schema, field.type_name, path + "[].")
-            continue
-        allowed = bounds(rule)
-        if field.type == field.TYPE_ENUM:
-            values = [v for v in schema.enum_values(field.type_name) if not rule.allowed or v[0] in rule.allowed]
-            allowed = ", ".join(f"`{word}`" for word, _ in values)
-            comment = " ".join([comment] + [f"`{w}`: {c}" for w, c in values if c]).strip()
-        if is_distribution(field):
-            allowed = "distribution" + (f", {allowed}" if allowed else "")
-        yield path, rule.default_yaml, allowed, comment
+            repeated = field.label == field.LABEL_REPEATED
+            about = one_line(schema.comments[f"{name}.{field.name}"])
+            if repeated and not listed and new:
+                own.append((field.name, "", "list", meaning(schema, name, field.name)))
+            groups(schema, field.type_name, (f"{path}.{listed}" if listed else below) + ("[]" if repeated else ""),
+                   "" if repeated else about, found)
+        elif new:
+            own.append((field.name, *row(schema, name, field)))
+
+
+def table(head, rows):
+    yield from [head, "|---" * (head.count("|") - 1) + "|"]
+    for cells in rows:
+        yield "| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |"
+    yield ""
+
+
+def study_meanings(schema):
+    """What each word of a study file means, by its path."""
+    found = {word: meaning(schema, ".parallax.v1.StudySpec", field or word) for word, field in OF_A_STUDY.items()}
+    for word in ("name", "pairs", "rigs_per_scene", "seed"):
+        found[f"variants[].{word}"] = meaning(schema, ".parallax.v1.VariantSpec", word)
+    return found | WORDS
 
 
 def write_config_page(schema, out):
     lines = ["# Config reference", "",
              "Made from the comments in `proto/parallax/v1`. A field that is absent takes its default; an unknown one "
              "is an error that names file, line and the nearest field.", "",
-             "**Distribution**: " + DISTRIBUTION, ""]
-    for message, title in SECTIONS.items():
-        name = f".parallax.v1.{message}"
-        lines += [f"## {title}", "", one_line(schema.comments[name]), "",
-                  "| field | default | allowed | meaning |", "|---|---|---|---|"]
-        for path, default, allowed, meaning in rows(schema, name):
-            cells = [f"`{path}`", f"`{default}`" if default else "", allowed, meaning]
-            lines.append("| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |")
-        lines.append("")
+             "**Distribution**: " + DISTRIBUTION, "", "## Studies", "",
+             "A study file has these words. `parallax config check FILE` checks it.", ""]
+    lines += table("| field | meaning |", [(f"`{word}`", text) for word, text in study_meanings(schema).items()])
+    for title, message, path in SECTIONS:
+        lines += [f"## {title}", ""]
+        found = {}
+        groups(schema, f".parallax.v1.{message}", path, "", found)
+        for paths, about, rows in found.values():
+            if any(paths):
+                lines += ["### " + ", ".join(f"`{p}`" for p in paths), ""]
+            lines += [about, ""] if about else []
+            lines += table("| field | default | allowed | meaning |",
+                           [(f"`{name}`", f"`{default}`" if default else "", allowed, text)
+                            for name, default, allowed, text in rows]) if rows else []
     (out / "config.md").write_text("\n".join(lines))
 
 
@@ -193,21 +245,26 @@ def write_json_schemas(schema, out):
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$defs": {"Distribution": distribution_schema()}}
     scene = message_schema(schema, ".parallax.v1.SceneConfig")
     # A study's own words (common/config/study_loader.cc); `base` names a scene config that `set` is merged onto.
-    number, of_scene = {"type": "integer", "minimum": 1}, {"$ref": "#/$defs/Scene"}
+    said = study_meanings(schema)
+    name, number, of_scene = {"type": "string"}, {"type": "integer", "minimum": 1}, {"$ref": "#/$defs/Scene"}
+    seed = {"type": "integer", "minimum": 0}
+
+    def described(prefix, properties):
+        return {word: {**body, "description": said[prefix + word]} for word, body in properties.items()}
+
     variant = {"type": "object", "required": ["name"], "additionalProperties": False, "properties": {
-        "name": {"type": "string"}, "base": {"type": "string"}, "pairs": number, "rigs_per_scene": number,
-        "seed": {"type": "integer", "minimum": 0}, "set": of_scene, "config": of_scene,
+        **described("variants[].", {"name": name, "base": name, "pairs": number, "rigs_per_scene": number, "seed": seed,
+                                    "set": of_scene, "config": of_scene}),
         "heldout": {"type": "boolean", "description":
                     one_line(schema.comments[".parallax.v1.VariantSpec.heldout"]) + " Only in study.lock.yaml."}}}
     own = [{"required": ["study", "variants"]}, {"required": ["extends"]}]
-    study = {"type": "object", "additionalProperties": False, "anyOf": own, "properties": {
-        "study": {"type": "string"}, "extends": {"type": "string"}, "base": {"type": "string"}, "set": of_scene,
-        "seed": {"type": "integer", "minimum": 0},
+    study = {"type": "object", "additionalProperties": False, "anyOf": own, "properties": described("", {
+        "study": name, "extends": name, "base": name, "set": of_scene, "seed": seed,
         "pairs": number, "rigs_per_scene": number, "priority": {"type": "integer"},
-        "tags": {"type": "array", "items": {"type": "string"}}, "memory_mb": {"type": "integer", "minimum": 0},
+        "tags": {"type": "array", "items": name}, "memory_mb": {"type": "integer", "minimum": 0},
         "variants": {"type": "array", "items": variant, "minItems": 1},
         "train": message_schema(schema, ".parallax.v1.TrainSpec"),
-        "evaluate": message_schema(schema, ".parallax.v1.EvaluateSpec")}}
+        "evaluate": message_schema(schema, ".parallax.v1.EvaluateSpec")})}
     for name, body, more in (("scene", scene, {}), ("study", study, {"Scene": scene})):
         head["$defs"] |= more
         text = json.dumps({**head, "title": f"Parallax {name}", **body}, indent=1)
@@ -264,6 +321,9 @@ def main():
     schema = Schema(*load_files(args.proto))
     write_config_page(schema, args.out)
     write_json_schemas(schema, args.schemas or args.out)
+    if schema.without_meaning:
+        sys.exit("reference: no comment in proto/parallax/v1 says what these fields mean: " +
+                 ", ".join(dict.fromkeys(schema.without_meaning)))
 
 
 if __name__ == "__main__":

@@ -167,7 +167,7 @@ void DeclareTimes(CLI::App& app, WorkerCommandLine& line) {
                  "Seconds that running jobs may take after SIGUSR1 (default 3600)")
       ->check(CLI::Range(0.0, kLongestS));
   app.add_option("--exit-when-idle", line.idle_exit_s,
-                 "End with status 0 after so many seconds without work (default: never)")
+                 "Seconds without work after which it ends with status 0 (default: never)")
       ->check(CLI::Range(30.0, kLongestS));
   app.add_option(
          "--deadline", line.deadline_unix_s,

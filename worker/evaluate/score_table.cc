@@ -279,7 +279,8 @@ void AddNotes(ResultTable& table) {
   AddSeedNotes(table);
   if (single_seed) {
     table.notes.push_back(
-        "Rows with one seed: the spread between seeds is not known, so they are not told apart.");
+        "Rows with one seed: the spread between seeds is not known, so no difference is "
+        "significant.");
   }
 }
 

@@ -1,5 +1,5 @@
 // Makes the table of a study from its score files: a row for each (variant, trainer), a figure with
-// its interval for each benchmark, and whether each row can be told apart from the baseline.
+// its interval for each benchmark, and whether each row differs significantly from the baseline.
 #pragma once
 
 #include <map>

@@ -202,8 +202,8 @@ std::string VerdictName(Verdict verdict) {
       return "better";
     case Verdict::kWorse:
       return "worse";
-    case Verdict::kNotToldApart:
-      return "not told apart";
+    case Verdict::kNotSignificant:
+      return "not significant";
   }
   return "";
 }

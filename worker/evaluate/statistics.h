@@ -48,18 +48,18 @@ double MeanFigure(const FigureTable& table);
 // or its rows differ in length.
 absl::StatusOr<Interval> BootstrapFigure(const FigureTable& table, const BootstrapOptions& options);
 
-enum class Verdict { kBetter, kWorse, kNotToldApart };
-std::string VerdictName(Verdict verdict);  // "better", "worse", "not told apart"
+enum class Verdict { kBetter, kWorse, kNotSignificant };
+std::string VerdictName(Verdict verdict);  // "better", "worse", "not significant"
 
 // The difference of two rows.
 struct Comparison {
   Interval difference;  // Interval of a - b; below 0: a is better, because all figures are errors.
-  Verdict verdict = Verdict::kNotToldApart;
+  Verdict verdict = Verdict::kNotSignificant;
   int seeds = 0, images = 0;
   // Whether S is 1 although the figures depend on a seed: nothing can be told then.
   bool seeds_spread_unknown = false;
-  // For kNotToldApart: seeds to add until a difference of this size would be told, if that takes at
-  // most kMostSeeds; absent when more seeds alone would not tell, or their spread is unknown.
+  // For kNotSignificant: seeds to add until a difference of this size would be significant, if at
+  // most kMostSeeds; absent when more seeds alone would not do, or their spread is unknown.
   std::optional<int> more_seeds;
 };
 

@@ -35,10 +35,10 @@ const TableComparison* FindComparison(const ResultTable& table, const TableRow& 
   return nullptr;
 }
 
-// "worse by 3.10 [1.20, 5.00]", "not told apart; 4 more seeds would tell"
+// "worse by 3.10 [1.20, 5.00]", "not significant; 4 more seeds would decide"
 std::string VerdictText(const Comparison& comparison) {
   const Interval& d = comparison.difference;
-  if (comparison.verdict != Verdict::kNotToldApart) {
+  if (comparison.verdict != Verdict::kNotSignificant) {
     const double sign = d.value < 0 ? -1 : 1;
     const double near = std::min(sign * d.low, sign * d.high);
     const double far = std::max(sign * d.low, sign * d.high);
@@ -48,7 +48,7 @@ std::string VerdictText(const Comparison& comparison) {
   std::string text = VerdictName(comparison.verdict);
   if (comparison.seeds_spread_unknown) return text + " (one seed)";
   if (comparison.more_seeds) {
-    return fmt::format("{}; {} more seed{} would tell", text, *comparison.more_seeds,
+    return fmt::format("{}; {} more seed{} would decide", text, *comparison.more_seeds,
                        *comparison.more_seeds == 1 ? "" : "s");
   }
   return text;
@@ -167,7 +167,7 @@ std::string Markdown(const ResultTable& table) {
   std::string text = MarkdownGrid(WideGrid(table, " ✓", " ✗"));
   text +=
       "\nLower is better; bad-t and d1 in percent, epe in pixels; [95 % interval]. ✓ better and ✗ "
-      "worse than the baseline; without a mark: not told apart.\n";
+      "worse than the baseline; without a mark: not significant.\n";
   for (const std::string& benchmark : table.benchmarks) {
     const TableCell& any = AnyCell(table, benchmark);
     text += "\n**" + benchmark + "** (" + Pairs(any) + "; as " + any.mimics + ")\n\n" +
@@ -204,7 +204,7 @@ std::string Latex(const ResultTable& table) {
     if (r == 0) text += "\\midrule\n";
   }
   text += "\\bottomrule\n\\end{tabular}\n";
-  text += "% + better, - worse than the baseline at 95 %; no mark: not told apart\n";
+  text += "% + better, - worse than the baseline at 95 %; no mark: not significant\n";
   for (const std::string& note : table.notes) text += "% " + note + "\n";
   return text;
 }

@@ -15,10 +15,10 @@ namespace {
 
 // Balancing and corners of neighbours make about this many triangles of a leaf.
 constexpr float kTrianglesPerLeaf = 5.2f;
-// Beds are seen, through water or in the troughs of waves, so far from the shore; beyond, edges are
-// so many times longer.
+// The bed is visible, through water or in the troughs of waves, up to kShownBed_m from the shore;
+// beyond, edges are kHidden times longer.
 constexpr float kShownBed_m = 1.5f, kHidden = 12;
-// Water reaches so far below the land beside it.
+// Depth to which water reaches below the land beside it.
 constexpr float kUnderLand_m = 9;
 // Width of an edge of water's mesh below the eye, SeenWidth's.
 constexpr float kSquareEdge_m = 0.03f;
@@ -33,8 +33,8 @@ float Turn(float a, float b) {
   return turn;
 }
 
-// Ledges whose edge steps from one column of vertices to the next look like combs: the ways of
-// neighbours are made alike so many times.
+// Ledges whose edge steps from one column of vertices to the next would look like combs, so the
+// reach of neighbouring columns is smoothed kSmoothings times.
 constexpr int kSmoothings = 3;
 
 // Returns the mean reach of the ledges within `reach_m` of a height.

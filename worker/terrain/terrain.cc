@@ -44,8 +44,8 @@ void Shape(const std::optional<Water>& water, Field& height) {
   }
 }
 
-// How far from `p` a raster of cells of `cell_m` is looked up, so that the borders of what it holds
-// are frayed and do not follow its cells.
+// Returns the offset added to `p` before a raster with cells of `cell_m` is read, so that mask
+// borders do not follow its cells.
 Vec2f Frayed(const Vec2f& p, float cell_m, uint32_t seed) {
   Vec2f sum = Vec2f::Zero();
   float wavelength_m = 3.1f * cell_m, reach_m = 1.3f * cell_m;

@@ -70,7 +70,7 @@ void RegisterAudit(Registry& registry) {
       "  parallax audit baseline --json\n");
   auto options = std::make_shared<AuditOptions>();
   command->add_option("STUDY", options->study, "Id or name: only what was done to it");
-  command->add_option("-n,--limit", options->limit, "At most so many (default 100)")
+  command->add_option("-n,--limit", options->limit, "Number of entries (default 100)")
       ->check(CLI::Range(1, 10000));
   command->group(kCoordinatorCommands);
   registry.AddConnectionOptions(command);

@@ -300,7 +300,9 @@ void RegisterEvaluate(Registry& registry) {
       "--seed", options->seed,
       "Seed of its training (default: that of the checkpoint's train.json, else 0; none for "
       "what isn't trained)");
-  command->add_option("--pairs", options->pairs, "Only so many pairs of each, spread evenly")
+  command
+      ->add_option("--pairs", options->pairs,
+                   "Number of pairs of each benchmark, spread evenly (default: all)")
       ->check(CLI::Range(1, 1000000));
   command->add_flag(
       "--pictures", options->pictures,

@@ -162,12 +162,13 @@ absl::StatusOr<ExitCode> KeepFarm(const FarmOptions& options, Session& session) 
 }
 
 void AddFarmOptions(CLI::App* command, FarmOptions& options) {
-  command->add_option("--max", options.limits.max, "At most so many pilots")
+  command->add_option("--max", options.limits.max, "Largest number of pilots")
       ->type_name("N")
       ->required()
       ->check(CLI::Range(1, 100000));
   command
-      ->add_option("--min", options.limits.min, "At least so many, also without work (default 0)")
+      ->add_option("--min", options.limits.min,
+                   "Smallest number of pilots, also without work (default 0)")
       ->type_name("N")
       ->check(CLI::Range(0, 100000));
   command->add_option("--script", options.script, "The batch script of a pilot")

@@ -153,7 +153,7 @@ void RegisterJobs(Registry& registry) {
       ->type_name("STATE")
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(kStates), std::end(kStates)),
                             CLI::ignore_case));
-  command->add_option("--limit", options->limit, "At most so many (default 50)")
+  command->add_option("--limit", options->limit, "Number of jobs (default 50)")
       ->check(CLI::Range(1, 10'000'000));
   command->add_flag("--all", options->all, "All of them");
   command->group(kCoordinatorCommands);

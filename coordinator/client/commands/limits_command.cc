@@ -1,4 +1,4 @@
-// limits: what users have and may have, and how many jobs of a study may run at a time.
+// limits: shows usage and limits of each user, and sets the job limit of a study.
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -44,7 +44,7 @@ absl::StatusOr<ExitCode> ShowUsers(Session& session) {
     return kExitOk;
   }
   if (reply.users().empty()) {
-    *session.out().stream << "nobody has an unfinished study\n";
+    *session.out().stream << "no user has an unfinished study\n";
     return kExitOk;
   }
   Table table({{"USER"},
@@ -102,10 +102,10 @@ absl::StatusOr<ExitCode> LimitStudy(const LimitsOptions& options, Session& sessi
 void RegisterLimits(Registry& registry) {
   auto options = std::make_shared<LimitsOptions>();
   CLI::App* command = registry.AddCommand(
-      registry.app, "limits", "What users have and may have; how many jobs of a study may run",
+      registry.app, "limits", "Show per-user usage and limits, and set a study's job limit",
       "Users' limits are the operator's (`coordinator serve --limits FILE`). A study's own limit "
       "is\n"
-      "its submitter's: what runs goes on, nothing new begins until there is room.\n"
+      "its submitter's: running jobs continue, no new one starts until there is room.\n"
       "\n"
       "Examples:\n"
       "  parallax limits\n"
@@ -114,7 +114,7 @@ void RegisterLimits(Registry& registry) {
   command->add_option("STUDY", options->study, "Id, or name (the newest of that name)");
   command
       ->add_option("--max-running", options->max_running,
-                   "At most so many of its jobs run at a time; 0: no limit of its own")
+                   "Limit of its running jobs; 0: no limit of its own")
       ->check(CLI::Range(0, kMostRunning))
       ->type_name("N");
   command->add_option("--reason", options->reason, "Kept in the coordinator's audit trail")
@@ -124,8 +124,9 @@ void RegisterLimits(Registry& registry) {
   registry.SetAction(command, [options](Session& session) -> absl::StatusOr<ExitCode> {
     if (!options->study.empty()) return LimitStudy(*options, session);
     if (!options->max_running) return ShowUsers(session);
-    return InvalidArgument("--max-running is of a study: parallax limits STUDY --max-running {}",
-                           *options->max_running);
+    return InvalidArgument(
+        "--max-running sets the limit of a study: parallax limits STUDY --max-running {}",
+        *options->max_running);
   });
 }
 

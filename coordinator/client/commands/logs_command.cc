@@ -89,7 +89,7 @@ absl::StatusOr<ExitCode> Logs(const LogsOptions& options, Session& session) {
 void RegisterLogs(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "logs", "How a job's attempts ended, with the last lines of those that failed",
-      "`parallax jobs STUDY` tells the numbers of jobs. Of each failed attempt the last 200 lines\n"
+      "`parallax jobs STUDY` lists the numbers of jobs. Of each failed attempt the last 200 lines\n"
       "are kept (at most 16 kB; the newest 1,000 logs of a coordinator); a worker that was killed\n"
       "has sent none.\n"
       "\n"

@@ -70,7 +70,7 @@ absl::StatusOr<ExitCode> Forget(const SteerOptions& options, Session& session) {
   const std::string name = fmt::format("study {} ({})", study.study_id(), study.name());
   RETURN_IF_ERROR(session.Confirm(
       name + " with its " + Plural(CountsOf(study).done, "pair") +
-          ", its networks and its history will be gone for good, but for what others use",
+          ", its networks and its history will be deleted, except data that other studies use",
       options.yes));
   ASSIGN_OR_RETURN(const v1::ForgetReply had, connection->Forget(study.study_id(), options.reason));
   if (session.options.json) {

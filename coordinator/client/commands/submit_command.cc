@@ -94,7 +94,7 @@ void RegisterSubmit(Registry& registry) {
                       "Higher goes first (default: the study's own)");
   command
       ->add_option("--max-running", options->max_running,
-                   "At most so many of its jobs run at a time; `parallax limits` changes it later\n"
+                   "Limit of its running jobs; `parallax limits` changes it later\n"
                    "(default 0: as many as there are workers)")
       ->check(CLI::Range(0, kMostRunning))
       ->type_name("N");

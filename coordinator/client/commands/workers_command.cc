@@ -117,9 +117,7 @@ void RegisterDrain(Registry& registry, CLI::App* workers) {
       "  parallax workers drain node17 --reason 'new disk'\n"
       "  parallax workers drain 'node1?-*'\n"
       "  parallax workers drain 'node1?-*' --undo\n");
-  command
-      ->add_option("NAME", options->pattern,
-                   "A worker's name; * stands for any characters, ? for one")
+  command->add_option("NAME", options->pattern, "A worker's name; * matches any characters, ? one")
       ->required();
   command->add_flag("--undo", options->undo, "End the order with exactly this NAME");
   command

@@ -187,7 +187,7 @@ absl::Status NothingInFolder(const FolderField& field, const std::string& dir,
                                   : fmt::format("{}: no such folder {}", field.name, dir);
   if (readers == FolderReaders::kOfFarm) {
     return InvalidArgument(
-        "{}, as seen from here; where it is, `parallax config {} DIR` tells what to write as {}",
+        "{}, as seen from here; where it is, `parallax config {} DIR` prints what to write as {}",
         what, field.command, field.sha256_name);
   }
   if (exists) return InvalidArgument("{}", what);

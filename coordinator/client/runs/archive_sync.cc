@@ -82,8 +82,8 @@ absl::Status ArchiveSync::AddFrame(const v1::PublishedFrame& frame) {
   const absl::Status brought = store_->Bring(frame.frame());
   if (absl::IsUnimplemented(brought)) {
     return FailedPrecondition(
-        "the coordinator's store can't be seen from here, and this coordinator is of a version "
-        "that does not send files; run this command on its machine, or mount the store at the same "
+        "the coordinator's store can't be seen from here, and this coordinator's version does "
+        "not send files; run this command on its machine, or mount the store at the same "
         "path");
   }
   RETURN_IF_ERROR(brought);

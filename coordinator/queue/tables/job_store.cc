@@ -66,7 +66,7 @@ absl::StatusOr<JobRow> JobRowOf(const SqliteQuery& query, const KindRegistry& ki
   const std::optional<JobState> state = JobStateOf(query.Text(8));
   if (!kind || !state) {
     return DataLoss(
-        "database: job {} is of kind '{}' in state '{}', which this program does not know", row.id,
+        "database: job {} has kind '{}' and state '{}', which this program does not know", row.id,
         query.Text(3), query.Text(8));
   }
   row.kind = *kind;

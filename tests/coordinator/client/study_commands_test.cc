@@ -409,7 +409,7 @@ TEST_F(CommandTest, LimitsAreShownAndSet) {
   EXPECT_EQ(Run({"submit", "quickstart", "--max-running", "7"}).exit_code, kExitOk);
   EXPECT_EQ(coordinator_.submitted.back().max_running(), 7);
   EXPECT_EQ(Run({"submit", "quickstart", "--max-running", "-7"}).exit_code, kExitUsage);
-  EXPECT_THAT(Run({"limits"}).out, HasSubstr("nobody has an unfinished study"));
+  EXPECT_THAT(Run({"limits"}).out, HasSubstr("no user has an unfinished study"));
   v1::UserStatus ada;
   ada.set_user("submitter ada");
   ada.set_running(64);

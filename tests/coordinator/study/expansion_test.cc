@@ -48,7 +48,7 @@ TEST(CheckStudySpec, NamesTheVariantWhoseExpansionWouldNotEnd) {
        [](v1::StudySpec& s) {
          s.mutable_variants(1)->mutable_config()->mutable_lighting()->set_hdri_dir("p");
        }},
-      {"`parallax config meshes DIR` tells",
+      {"`parallax config meshes DIR` prints",
        [](v1::StudySpec& s) {
          s.mutable_variants(1)->mutable_config()->mutable_assets()->add_include("p");
        }},

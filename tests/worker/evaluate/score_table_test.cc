@@ -70,7 +70,7 @@ TEST(Table, ClassicalRowStandsBesideEachSeedOfTheBaseline) {
   EXPECT_EQ(sgbm.baseline_trainer, "builtin");
   EXPECT_EQ(sgbm.comparison.seeds, 3);
   EXPECT_NEAR(sgbm.comparison.difference.value, 40.0 / 3 - 40.0 / 3, 1e-9);
-  EXPECT_EQ(sgbm.comparison.verdict, Verdict::kNotToldApart);
+  EXPECT_EQ(sgbm.comparison.verdict, Verdict::kNotSignificant);
 }
 
 TEST(Table, BaselineCanBeChosenAndMustExist) {
@@ -140,7 +140,7 @@ TEST(Table, ACellTellsItsOwnSeeds) {
   EXPECT_EQ(json["rows"][1]["benchmarks"]["eth3d"]["seeds"], 3);
   EXPECT_EQ(json["rows"][1]["benchmarks"]["kitti2015"]["seeds"], 1);
   EXPECT_EQ(json["rows"][2]["benchmarks"]["eth3d"]["seeds"], 0);
-  EXPECT_THAT(*FormatTable(*table, "csv"), HasSubstr(",not told apart,1\n"));
+  EXPECT_THAT(*FormatTable(*table, "csv"), HasSubstr(",not significant,1\n"));
   EXPECT_THAT(*FormatTable(*table, "markdown"), HasSubstr("| narrow | builtin | 1 | 11.00 ["));
 }
 
@@ -159,7 +159,7 @@ TEST(Table, AllFormatsShowFiguresAndVerdicts) {
   const std::string text = *FormatTable(*table, "text");
   EXPECT_THAT(text, HasSubstr("eth3d (3 pairs; as nobody)"));
   EXPECT_THAT(text, HasSubstr("worse by 10.33 ["));
-  EXPECT_THAT(text, HasSubstr("not told apart"));
+  EXPECT_THAT(text, HasSubstr("not significant"));
   EXPECT_THAT(text, HasSubstr("epe all"));
   const std::string markdown = *FormatTable(*table, "markdown");
   EXPECT_THAT(markdown, HasSubstr("| default | builtin | 3 | 13.33 ["));

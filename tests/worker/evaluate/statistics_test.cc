@@ -169,27 +169,27 @@ TEST(Compare, SameVariantTwiceIsNotToldApartMoreThanOneTimeInTwenty) {
     }
     const auto comparison =
         ComparePaired(a, b, true, {.replicates = 200, .seed = static_cast<uint64_t>(i)});
-    told += comparison->verdict != Verdict::kNotToldApart;
+    told += comparison->verdict != Verdict::kNotSignificant;
   }
   EXPECT_LE(told, kStudies * 83 / 1000);  // 5 % and three standard deviations.
   EXPECT_GE(told, kStudies / 100);  // An interval that is always too wide tells nothing either.
   const FigureTable once = Simulate({}, 3, 5, rng);
   const auto same = ComparePaired(once, once, true, {});
-  EXPECT_EQ(same->verdict, Verdict::kNotToldApart);
+  EXPECT_EQ(same->verdict, Verdict::kNotSignificant);
   EXPECT_EQ(same->more_seeds, std::nullopt);
 }
 
 TEST(Compare, OneSeedOrOnePictureTellsNothing) {
   const FigureTable a = Means({{1, 2, 3, 4}}), b = Means({{11, 12.5, 13, 14}});
   const auto trained = ComparePaired(a, b, true, {});
-  EXPECT_EQ(trained->verdict, Verdict::kNotToldApart);
+  EXPECT_EQ(trained->verdict, Verdict::kNotSignificant);
   EXPECT_TRUE(trained->seeds_spread_unknown);
   const auto classical = ComparePaired(a, b, false, {});
   EXPECT_EQ(classical->verdict, Verdict::kBetter);
   EXPECT_FALSE(classical->seeds_spread_unknown);
   // One picture alone tells nothing, and has no interval.
   const auto single = ComparePaired(Means({{1.1}}), Means({{7.3}}), false, {});
-  EXPECT_EQ(single->verdict, Verdict::kNotToldApart);
+  EXPECT_EQ(single->verdict, Verdict::kNotSignificant);
   EXPECT_EQ(BootstrapFigure(Means({{8.2127}}), {})->low, 8.2127);
 }
 
@@ -200,7 +200,7 @@ TEST(Compare, SaysHowManyMoreSeedsWouldTell) {
   const FigureTable b = Means({{10, 10}, {10, 10}, {10, 10}});
   const FigureTable a = Means({{7, 7}, {11, 11}, {9, 9}});
   const auto comparison = ComparePaired(a, b, true, {});
-  EXPECT_EQ(comparison->verdict, Verdict::kNotToldApart);
+  EXPECT_EQ(comparison->verdict, Verdict::kNotSignificant);
   ASSERT_TRUE(comparison->more_seeds.has_value());
   EXPECT_EQ(*comparison->more_seeds, 15);
 }
@@ -210,7 +210,7 @@ TEST(Compare, MoreSeedsDoNotHelpWhereImagesDisagree) {
   const FigureTable b = Means({{20, 20, 20, 20}, {21, 21, 21, 21}});
   const FigureTable a = Means({{11, 30, 11, 30}, {12, 31, 12.1, 31}});
   const auto comparison = ComparePaired(a, b, true, {});
-  EXPECT_EQ(comparison->verdict, Verdict::kNotToldApart);
+  EXPECT_EQ(comparison->verdict, Verdict::kNotSignificant);
   EXPECT_EQ(comparison->more_seeds, std::nullopt);
 }
 

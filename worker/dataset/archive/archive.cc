@@ -61,15 +61,15 @@ absl::StatusOr<std::optional<v1::StudySpec>> StudyOf(const std::string& path,
   const std::string version = present->substr(0, present->find('\n'));
   if (version != VersionLine()) {
     return FailedPrecondition(
-        "{} is of another version of Parallax (there \"{}\", now \"{}\"), whose frames differ: "
-        "choose another folder",
+        "{} comes from another version of Parallax (there \"{}\", now \"{}\"), whose frames "
+        "differ: choose another folder",
         path, version, VersionLine());
   }
   ASSIGN_OR_RETURN(v1::StudySpec locked, ParseStudy(*present, path));
   const auto another = [&path](const std::string& there, const std::string& now) {
     return FailedPrecondition(
-        "{} is of another study (there \"{}\", now \"{}\"): choose another folder", path, there,
-        now);
+        "{} belongs to another study (there \"{}\", now \"{}\"): choose another folder", path,
+        there, now);
   };
   if (locked.name() != study.name()) {
     return another("study: " + locked.name(), "study: " + study.name());

@@ -10,7 +10,7 @@ template <typename ImageType>
 absl::StatusOr<std::string> EncodedAs(const FrameMap& row, const FrameImage& image,
                                       absl::StatusOr<std::string> (*encode)(const ImageType&)) {
   if (const auto* typed = std::get_if<const ImageType*>(&image)) return encode(**typed);
-  return Internal("the image of {} is of another type than its encoding", row.file);
+  return Internal("the image of {} has another type than its encoding", row.file);
 }
 
 template <typename ImageType>

@@ -25,7 +25,7 @@ constexpr float kSameDepth = 0.01f, kNearer = 0.04f;
 constexpr int kInner = 4, kOuter = 6;  // Pixels around a dot that it is compared with.
 constexpr uint8_t kShowsOther = kMaskTransparent | kMaskMirror;
 
-// Dots that are expected in a picture, and how much brighter than what is around them they are.
+// Expected dots of a picture and their contrast to their surroundings.
 struct DotSums {
   int count = 0;
   double contrast = 0;  // Levels, all together.

@@ -94,7 +94,7 @@ class Bringer {
     std::string index;
     for (size_t i = 0; i < passing.size(); ++i) {
       if (options_.cancel.cancelled()) return Cancelled("while frames were brought");
-      // Half a set away stands another scene wherever there is one.
+      // Half the list away is a pair of another scene, unless there is only one scene.
       const size_t other = (i + std::max<size_t>(1, passing.size() / 2)) % passing.size();
       RETURN_IF_ERROR(Place(passing[i], options_.mismatched ? &passing[other] : nullptr));
       ASSIGN_OR_RETURN(const IndexLine line, MakeIndexLine(passing[i], filters_));

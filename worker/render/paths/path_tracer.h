@@ -79,8 +79,8 @@ struct PathResult {
 struct PathStarts8 {
   Rays8 rays;
   Float8 spread;           // As Ray's; the cones begin as points.
-  Bits8 seed, sample;      // Seeds and indices of their samplers,
-  uint32_t dimension = 0;  // which have drawn so many pairs.
+  Bits8 seed, sample;      // Sampler seeds and sample indices.
+  uint32_t dimension = 0;  // Pairs drawn so far.
 };
 
 // One path, from its camera ray on.

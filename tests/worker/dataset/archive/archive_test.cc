@@ -252,7 +252,7 @@ TEST_F(ArchiveTest, AnotherStudysFolderIsRefusedButMorePairsAreWelcome) {
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_EQ(std::string(status.message()),
             out_ +
-                "/study.lock.yaml is of another study (there \"seed: 1\", now \"seed: 2\"): "
+                "/study.lock.yaml belongs to another study (there \"seed: 1\", now \"seed: 2\"): "
                 "choose another folder");
 }
 
@@ -338,7 +338,7 @@ TEST_F(ArchiveTest, AnotherVersionsFolderIsRefusedInItsOwnWords) {
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(
       std::string(status.message()),
-      HasSubstr("is of another version of Parallax (there \"# Parallax generator 17\", now"));
+      HasSubstr("comes from another version of Parallax (there \"# Parallax generator 17\", now"));
 }
 
 // Verdicts also change for frames that an earlier run left and this run does not copy again.

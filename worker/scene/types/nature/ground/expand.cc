@@ -144,7 +144,7 @@ class Expander {
     return absl::OkStatus();
   }
 
-  // A random number that decides nothing else: Keep takes the lower half of the rank.
+  // The rank's upper 16 bits, used only for thinning. Keep uses the lower 16.
   static uint16_t PlaceInLine(const Standing& thing) {
     return static_cast<uint16_t>(thing.rank >> 16);
   }

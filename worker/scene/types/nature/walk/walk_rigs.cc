@@ -143,7 +143,7 @@ class WalkRigs {
     return best;
   }
 
-  // Evenly over the site's middle; where a wall is what there is to see, along its foot.
+  // Draws a point evenly in the middle of the site, or along the foot of a cliff or gorge.
   Vec2f AnyPlace(const TerrainSpec& spec, Rng& place) const {
     const double angle = place.Uniform(0, 2 * std::numbers::pi);
     const double away = kAround_m * std::sqrt(place.Uniform());

@@ -13,9 +13,10 @@
 #include <string_view>
 #include <vector>
 
-#include "common/base/edit_distance.h"
+#include "common/base/completion.h"
 #include "common/base/status.h"
 #include "common/base/system/log.h"
+#include "common/base/usage_error.h"
 #include "common/base/version.h"
 #include "common/store/store.h"
 #include "coordinator/client/runs/page_table.h"
@@ -114,6 +115,20 @@ void DeclareServeTimes(CLI::App& serve, ServeOptions& options) {
       ->check(CLI::Range(0.0, 36500.0));
 }
 
+void DeclareRetention(CLI::App& serve, ServeOptions& options) {
+  serve
+      .add_option("--keep-days", options.keep_days,
+                  "Days after its end that a study is forgotten, with the pairs, networks and "
+                  "scores that no other study uses (default 0: never)")
+      ->check(CLI::Range(0.0, 36500.0));
+  serve
+      .add_option("--keep-gb", options.keep_gb,
+                  "Gigabytes (1e9 bytes) that the results of all studies may take: above, the "
+                  "studies that ended first are forgotten, never one that is not at its end "
+                  "(default 0: no bound)")
+      ->check(CLI::Range(0.0, 1e9));
+}
+
 void DeclareRules(CLI::App& serve, ServeOptions& options) {
   serve
       .add_option("--limits", options.limits,
@@ -174,6 +189,7 @@ CLI::App* DeclareServe(CLI::App& app, CommandLine& line) {
   line.serve.http = "127.0.0.1:7080";
   DeclarePlaces(*serve, line.serve);
   DeclareServeTimes(*serve, line.serve);
+  DeclareRetention(*serve, line.serve);
   DeclareRules(*serve, line.serve);
   DeclareSecurity(*serve, line.serve);
   serve->add_flag("--log-json", line.log_json, "One JSON object a log line");
@@ -313,22 +329,6 @@ int End(const ProgramError& error) {
   return error.exit;
 }
 
-// The error with a hint: CLI11 only says that a command is missing where one was mistyped.
-std::string ExplainUsage(const CLI::ParseError& error, const CLI::App& app, int argc, char** argv) {
-  std::vector<std::string> commands;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    commands.push_back(command->get_name());
-  }
-  const std::string typed = argc > 1 ? argv[1] : "";
-  if (typed.empty() || typed[0] == '-' ||
-      std::find(commands.begin(), commands.end(), typed) != commands.end()) {
-    return std::string(error.what()) + " (see coordinator --help)";
-  }
-  const std::string near = NearestName(typed, commands);
-  return "there is no command '" + typed + "'; " +
-         (near.empty() ? "see `coordinator --help`" : "did you mean `coordinator " + near + "`?");
-}
-
 int Main(int argc, char** argv) {
   CommandLine line;
   CLI::App app(
@@ -358,11 +358,12 @@ int Main(int argc, char** argv) {
       "backup", "Copy a database consistently, also while a coordinator serves it");
   backup->add_option("--db", line.db, "Database file")->required();
   backup->add_option("FILE", line.backup_file, "The copy; must not exist")->required();
+  AddCompletion(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::cerr << "coordinator: " << ExplainUsage(error, app, argc, argv) << std::endl;
+    std::cerr << "coordinator: " << ExplainUsage(app, error, {argv + 1, argv + argc}) << std::endl;
     return kExitUsage;
   }
   const auto level = ParseLogLevel(line.log_level);

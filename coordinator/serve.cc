@@ -235,11 +235,16 @@ ProgramError Serve(const ServeOptions& options) {
   auto server =
       CoordinatorServer::Start(ServerOptionsOf(options, *security, budget->rpc, **store), **queue);
   if (!server.ok()) return ListenError(server.status());
-  const Janitor janitor(**queue, **store, (*server)->content(),
-                        {.lease_s = options.lease_s, .unknown_s = options.sweep_days * 86400});
+  Janitor janitor(**queue, **store, (*server)->content(),
+                  {.lease_s = options.lease_s,
+                   .unknown_s = options.sweep_days * 86400,
+                   .keep = {.keep_s = options.keep_days * 86400,
+                            .keep_bytes = static_cast<int64_t>(options.keep_gb * 1e9)},
+                   .database = options.db});
   std::unique_ptr<HttpServer> http;
   if (!options.http.empty()) {
     HttpServerOptions page = HttpOptionsOf(options, *security, budget->http, **store);
+    page.space = [&janitor] { return janitor.space(); };
     if (options.table != nullptr) {
       page.table = [&](int64_t study) { return options.table(**queue, **store, study); };
     }

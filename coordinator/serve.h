@@ -29,6 +29,8 @@ struct ServeOptions {
   double lease_s = 60;
   double reconnect_grace_s = 10;
   double archive_after_days = 30;  // 0: never.
+  double keep_days = 0;            // After its end, a study is then forgotten; 0: never.
+  double keep_gb = 0;              // Bound on the results of all studies, 1e9 bytes; 0: none.
   std::string limits;              // File with the limits of users; empty: none.
   bool adopt_store = false;        // Take whatever is at `store` for the database's store.
   double scrub_mb_s = 8;           // Rate at which results are read for damage; 0: never.

@@ -92,6 +92,19 @@ add_shared_files() {
   installed_as tarball "$1"
   cp -r deploy/systemd deploy/slurm deploy/kubernetes deploy/dashboards deploy/README.md "$1/share/parallax/"
   cp README.md LICENSE CHANGELOG.md "$1/share/doc/parallax/"
+  add_completion "$1/share" "${PROGRAMS[@]}"
+}
+
+# add_completion SHARE PROGRAM...: scripts of the shells and manual pages, from the programs' own tables of options.
+add_completion() {
+  local share=$1 program; shift
+  mkdir -p "$share"/{bash-completion/completions,zsh/site-functions,fish/vendor_completions.d,man/man1}
+  for program in "$@"; do
+    "$build/bin/$program" completion bash > "$share/bash-completion/completions/$program"
+    "$build/bin/$program" completion zsh > "$share/zsh/site-functions/_$program"
+    "$build/bin/$program" completion fish > "$share/fish/vendor_completions.d/$program.fish"
+    "$build/bin/$program" completion man | gzip -9n > "$share/man/man1/$program.1.gz"
+  done
 }
 
 # installed_as KIND TREE: the programs name the remedy that fits (common/base/system/installation.h).
@@ -151,7 +164,7 @@ make_deb() {
   cp -r "$tree/share/doc/parallax" "$root/usr/share/doc/parallax"
   for program in "$@"; do ln -s "../lib/parallax/bin/$program" "$root/usr/bin/$program"; done
   if [ -e "$tree/share/parallax/systemd" ]; then
-    cp -r "$tree/share/parallax" "$root/usr/share/parallax"
+    for part in parallax bash-completion zsh fish man; do cp -r "$tree/share/$part" "$root/usr/share/$part"; done
     ln -s ../../share "$root/usr/lib/parallax/share"
     installed_as deb "$root/usr"
     mkdir -p "$root/usr/lib/systemd/system"

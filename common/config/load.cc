@@ -78,7 +78,11 @@ absl::StatusOr<bool> IsStudy(const std::string& path) {
   const absl::StatusOr<ConfigText> scene = ReadConfigText(path, "scenes");
   const absl::StatusOr<ConfigText> study = ReadConfigText(path, "studies");
   if (study.ok()) return config_internal::IsStudyText(study->text);
-  return scene.ok() ? absl::StatusOr<bool>(false) : study.status();
+  if (scene.ok()) return false;
+  // Both say that there is no such file; the one that knows a name like it is of more use.
+  const bool meant = std::string_view(ToStd(scene.status().message())).find("did you mean") !=
+                     std::string_view::npos;
+  return meant ? scene.status() : study.status();
 }
 
 std::string PlaceOfField(const std::string& study, std::string_view field) {

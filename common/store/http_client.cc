@@ -131,8 +131,7 @@ absl::StatusOr<std::string> HttpBody::Sha256Hex() const {
   return HexOf(hash.Finish());
 }
 
-HttpClient::HttpClient(HttpSigner signer)
-    : signer_(std::move(signer)), handles_(std::make_unique<Handles>()) {}
+HttpClient::HttpClient() : handles_(std::make_unique<Handles>()) {}
 HttpClient::HttpClient(HttpFarm farm)
     : farm_(std::move(farm)), handles_(std::make_unique<Handles>()) {}
 HttpClient::~HttpClient() = default;
@@ -242,9 +241,9 @@ void Perform(CURL* curl, const Receiving& receiving) {
 
 }  // namespace
 
-HttpAnswer HttpClient::Send(const HttpRequest& request) const {
+HttpAnswer HttpClient::Send(const HttpRequest& request, const HttpSigner& signer) const {
   HttpAnswer answer;
-  const bool is_signed = !signer_.access_key.empty();
+  const bool is_signed = !signer.access_key.empty();
   const auto sha256 = is_signed ? BodyHash(request) : absl::StatusOr<std::string>("");
   if (!sha256.ok()) {
     answer.error = std::string(sha256.status().message());
@@ -258,11 +257,11 @@ HttpAnswer HttpClient::Send(const HttpRequest& request) const {
   HeaderList headers;
   for (const auto& [name, value] : request.headers) headers.Add(name + ": " + value);
   if (is_signed) headers.Add("x-amz-content-sha256: " + *sha256);
-  if (!signer_.session_token.empty()) headers.Add("x-amz-security-token: " + signer_.session_token);
+  if (!signer.session_token.empty()) headers.Add("x-amz-security-token: " + signer.session_token);
   Sending sending{&request.body};
   Receiving receiving{&request, &answer};
   SetConnection(curl, request);
-  if (is_signed) SetSigner(curl, signer_);
+  if (is_signed) SetSigner(curl, signer);
   if (farm_) SetFarm(curl, *farm_);
   SetAnswer(curl, receiving);
   SetMethod(curl, request, sending, headers);

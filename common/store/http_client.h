@@ -29,7 +29,7 @@ struct HttpBody {
   absl::StatusOr<std::string> Sha256Hex() const;
 };
 
-// A request; HttpClient adds the signature, if it has a signer.
+// A request; HttpClient adds the signature, if there is a signer.
 struct HttpRequest {
   std::string method;
   std::string url;  // Path and query percent-encoded, the query sorted.
@@ -68,18 +68,17 @@ struct HttpFarm {
 // Thread-safe: each thread that sends has a connection of its own.
 class HttpClient {
  public:
-  explicit HttpClient(HttpSigner signer);
+  HttpClient();
   explicit HttpClient(HttpFarm farm);
   ~HttpClient();
   HttpClient(const HttpClient&) = delete;
   HttpClient& operator=(const HttpClient&) = delete;
 
-  // Sends one request and returns its answer. Does not retry.
-  HttpAnswer Send(const HttpRequest& request) const;
+  // Sends one request, signed by `signer`, and returns its answer. Does not retry.
+  HttpAnswer Send(const HttpRequest& request, const HttpSigner& signer = {}) const;
 
  private:
   class Handles;
-  const HttpSigner signer_;
   const std::optional<HttpFarm> farm_;
   const std::unique_ptr<Handles> handles_;
 };

@@ -36,6 +36,9 @@ absl::StatusOr<S3Options> ParseS3Uri(std::string_view uri) {
   options.access_key = Environment({"AWS_ACCESS_KEY_ID"});
   options.secret_key = Environment({"AWS_SECRET_ACCESS_KEY"});
   options.session_token = Environment({"AWS_SESSION_TOKEN"});
+  if (options.access_key.empty() && options.secret_key.empty()) {
+    options.credentials_command = Environment({"PARALLAX_S3_CREDENTIALS"});
+  }
   std::optional<bool> path_style;
   const size_t mark = uri.find('?');
   const std::string_view place = uri.substr(0, mark).substr(kScheme.size());
@@ -72,9 +75,13 @@ absl::StatusOr<S3Options> ParseS3Uri(std::string_view uri) {
   if (options.endpoint.rfind("http://", 0) != 0 && options.endpoint.rfind("https://", 0) != 0) {
     return BadUri(uri, "endpoint '" + options.endpoint + "' is neither http:// nor https://");
   }
-  if (options.access_key.empty() || options.secret_key.empty()) {
+  if (options.credentials_command.empty() &&
+      (options.access_key.empty() || options.secret_key.empty())) {
     return FailedPrecondition(
-        "store {}: no credentials; set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY", uri);
+        "store {}: no credentials; set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, or "
+        "PARALLAX_S3_CREDENTIALS to a command that prints them (`aws configure "
+        "export-credentials --format process`)",
+        uri);
   }
   return options;
 }

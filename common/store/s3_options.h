@@ -7,8 +7,11 @@
 // region      default $AWS_REGION, $AWS_DEFAULT_REGION, us-east-1
 // path_style  1: endpoint/bucket/key, 0: bucket.endpoint/key (default: 1 with an endpoint)
 //
-// Credentials stand in the environment only, never in the URI, which is shown and logged:
-// AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and, for temporary ones, AWS_SESSION_TOKEN.
+// Credentials come from the environment only, never from the URI, which is shown and logged:
+// AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_SESSION_TOKEN; or, without these, from the
+// command in PARALLAX_S3_CREDENTIALS, which is run again before they end (s3_credentials.h):
+//
+//   PARALLAX_S3_CREDENTIALS='aws configure export-credentials --format process'
 #pragma once
 
 #include <chrono>
@@ -30,7 +33,8 @@ struct S3Options {
   std::string access_key;
   std::string secret_key;
   std::string session_token;
-  int64_t part_bytes = 64 << 20;  // S3 wants at least 5 MiB, except for the last part.
+  std::string credentials_command;  // In place of the keys.
+  int64_t part_bytes = 64 << 20;    // S3 wants at least 5 MiB, except for the last part.
   int tries = 7;
   std::chrono::milliseconds first_pause{100};  // Doubles with each try.
   std::chrono::milliseconds longest_pause{5000};

@@ -19,6 +19,13 @@ bool IsTransient(const HttpAnswer& answer) {
   return answer.code == 0 || answer.code == 429 || answer.code >= 500;
 }
 
+// A HEAD's answer has no body that says so.
+bool AreTooOld(const HttpAnswer& answer) {
+  const std::string_view code = Element(answer.body, "Code");
+  return code == "ExpiredToken" || code == "InvalidAccessKeyId" ||
+         (answer.body.empty() && (answer.code == 400 || answer.code == 403));
+}
+
 absl::StatusCode CodeOfHttp(long http_code) {
   switch (http_code) {
     case 404:
@@ -55,10 +62,11 @@ absl::Status S3Error(const HttpAnswer& answer, const std::string& what) {
 
 S3Requests::S3Requests(S3Options options)
     : options_(std::move(options)),
-      http_({.access_key = options_.access_key,
-             .secret_key = options_.secret_key,
-             .session_token = options_.session_token,
-             .region = options_.region}) {}
+      credentials_(options_.credentials_command.empty()
+                       ? std::make_unique<S3CredentialSource>(S3Credentials{
+                             options_.access_key, options_.secret_key, options_.session_token})
+                       : std::make_unique<S3CredentialSource>(options_.credentials_command,
+                                                              Clock::System())) {}
 
 std::string S3Requests::UrlOf(const std::string& key, const S3Query& query) const {
   std::string url;
@@ -85,8 +93,17 @@ absl::StatusOr<HttpAnswer> S3Requests::Ask(HttpRequest request, const std::strin
   const std::string what = "s3 " + request.method + " " + options_.bucket + "/" + key;
   HttpAnswer answer;
   auto pause = options_.first_pause;
+  bool renewed = false;
   for (int i = 1;; ++i) {
-    answer = http_.Send(request);
+    ASSIGN_OR_RETURN(const S3Credentials credentials, credentials_->Get());
+    answer = http_.Send(request, {.access_key = credentials.access_key,
+                                  .secret_key = credentials.secret_key,
+                                  .session_token = credentials.session_token,
+                                  .region = options_.region});
+    if (AreTooOld(answer) && !renewed && credentials_->Renew(credentials)) {
+      renewed = true;
+      continue;
+    }
     if (!IsTransient(answer) || i >= options_.tries) break;
     LogDebug("s3 request to be tried again", {{"request", what}, {"code", answer.code}});
     Pause(pause);

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 
 #include "common/store/http_client.h"
+#include "common/store/s3_credentials.h"
 #include "common/store/s3_options.h"
 
 namespace parallax {
@@ -18,9 +20,9 @@ class S3Requests {
   explicit S3Requests(S3Options options);
 
   // Sends a request about the object `key`, or about the bucket if it is "". `request` needs no
-  // URL. Answers 429 and 5xx and broken connections are retried after a growing pause. Returns the
-  // answer if its code is 2xx or `expected`. Errors: kUnavailable without an answer; those of
-  // S3Error.
+  // URL. Answers 429 and 5xx and broken connections are retried after a growing pause, and once
+  // with fresh credentials what was refused for their age. Returns the answer if its code is 2xx or
+  // `expected`. Errors: kUnavailable without an answer; those of S3Error.
   absl::StatusOr<HttpAnswer> Ask(HttpRequest request, const std::string& key,
                                  const S3Query& query = {},
                                  const std::set<int>& expected = {}) const;
@@ -30,6 +32,7 @@ class S3Requests {
 
   const S3Options options_;
   const HttpClient http_;
+  const std::unique_ptr<S3CredentialSource> credentials_;
 };
 
 // Makes the error that an answer tells. `what` is the request. Errors: kNotFound (404),

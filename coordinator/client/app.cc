@@ -6,7 +6,8 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "common/base/edit_distance.h"
+#include "common/base/completion.h"
+#include "common/base/usage_error.h"
 #include "common/base/version.h"
 #include "coordinator/client/command.h"
 #include "coordinator/client/commands/catalogue_command.h"
@@ -36,88 +37,6 @@ constexpr char kExamples[] =
     "`parallax COMMAND --help` describes a command.\n"
     "\n";
 
-// The command whose arguments were being read when an error came up.
-const CLI::App* DeepestParsed(const CLI::App* app) {
-  const auto parsed = app->get_subcommands();
-  return parsed.empty() ? app : DeepestParsed(parsed.back());
-}
-
-std::string NameWithParents(const CLI::App* app) {
-  return app->get_parent() == nullptr ? app->get_name()
-                                      : NameWithParents(app->get_parent()) + " " + app->get_name();
-}
-
-std::vector<std::string> CommandsOf(const CLI::App* app) {
-  std::vector<std::string> names;
-  for (const CLI::App* command : app->get_subcommands([](const CLI::App*) { return true; })) {
-    names.push_back(command->get_name());
-  }
-  return names;
-}
-
-std::string CommandNames(const CLI::App* app) {
-  std::string text;
-  for (const std::string& name : CommandsOf(app)) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
-std::vector<std::string> OptionsOf(const CLI::App* app) {
-  std::vector<std::string> names;
-  for (const CLI::Option* option : app->get_options()) {
-    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-  }
-  return names;
-}
-
-// Finds the argument that a command does not take, and changes message and hint: CLI11 names all
-// that it did not use, from the last to the first.
-void ExplainExtras(const CLI::App* command, const std::vector<std::string>& arguments,
-                   std::string& message, std::string& hint) {
-  const std::string name = "`" + NameWithParents(command) + "`";
-  const std::vector<std::string> known = OptionsOf(command);
-  for (const std::string& argument : arguments) {
-    const std::string option = argument.substr(0, argument.find('='));
-    if (!option.starts_with("--") || option == "--") continue;
-    if (std::find(known.begin(), known.end(), option) != known.end()) continue;
-    message = name + " has no option " + option;
-    if (const std::string near = NearestName(option, known); !near.empty()) {
-      hint = "did you mean " + near + "?";
-    }
-    return;
-  }
-  const std::vector<std::string> rest = command->remaining();
-  if (!rest.empty()) message = name + " takes no more arguments: " + rest[0];
-}
-
-int ReportUsage(const CLI::ParseError& error, const CLI::App& app, const Session& session,
-                const std::vector<std::string>& arguments) {
-  const CLI::App* command = DeepestParsed(&app);
-  std::string message = FirstLine(error.what());
-  std::string hint = "see `" + NameWithParents(command) + " --help`";
-  const bool wants_command = !CommandsOf(command).empty();
-  if (wants_command && !arguments.empty() && !arguments.back().empty()) {
-    // CLI11 speaks of "arguments not expected" where a command was mistyped.
-    const auto typed = std::find_if(arguments.begin(), arguments.end(), [&](const auto& argument) {
-      return argument[0] != '-' && command->get_name() != argument && app.get_name() != argument;
-    });
-    if (typed != arguments.end()) {
-      message = "there is no command '" + *typed + "'";
-      if (const std::string near = NearestName(*typed, CommandsOf(command)); !near.empty()) {
-        hint = "did you mean `" + NameWithParents(command) + " " + near + "`?";
-      }
-    }
-  }
-  if (!wants_command && dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
-    ExplainExtras(command, arguments, message, hint);
-  }
-  if (wants_command && message == "A subcommand is required") {
-    message =
-        "which command of `" + NameWithParents(command) + "`? There are " + CommandNames(command);
-  }
-  session.PrintError(message + "; " + hint);
-  return kExitUsage;
-}
-
 void RegisterAll(Registry& registry) {
   RegisterRun(registry);
   RegisterPlan(registry);
@@ -131,6 +50,7 @@ void RegisterAll(Registry& registry) {
   RegisterScene(registry);
   RegisterCatalogue(registry);
   RegisterConfig(registry);
+  AddCompletion(registry.app)->group(kLocalCommands);
   RegisterSubmit(registry);
   RegisterWatch(registry);
   RegisterStatus(registry);
@@ -186,13 +106,14 @@ int RunChosen(const std::vector<std::string>& arguments, Environment& environmen
     // CLI11 takes the arguments from the back.
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   } catch (const CLI::CallForHelp&) {
-    *environment.out.stream << DeepestParsed(&app)->help() << std::flush;
+    *environment.out.stream << ChosenCommand(&app)->help() << std::flush;
     return kExitOk;
   } catch (const CLI::CallForVersion& version) {
     *environment.out.stream << version.what() << "\n" << std::flush;
     return kExitOk;
   } catch (const CLI::ParseError& error) {
-    return ReportUsage(error, app, session, arguments);
+    session.PrintError(ExplainUsage(app, error, arguments));
+    return kExitUsage;
   }
   if (!chosen) {
     *environment.err.stream << app.help() << std::flush;

@@ -41,7 +41,7 @@ class HttpServerImpl final : public HttpServer {
       : options_(options),
         queue_(queue),
         server_(server),
-        sampler_(options.store_uri, *options.clock, queue, server),
+        sampler_(options.store_uri, *options.clock, queue, server, options.space),
         pictures_(options.store),
         sessions_(*options.clock) {}
 

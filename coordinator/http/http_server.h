@@ -20,6 +20,7 @@
 #include "common/base/system/clock.h"
 #include "common/rpc/endpoint.h"
 #include "coordinator/http/server/web_server.h"
+#include "coordinator/rpc/storage/farm_space.h"
 
 namespace parallax {
 
@@ -41,6 +42,8 @@ struct HttpServerOptions {
   ListenerLimits limits = WebServerLimits().connections;
   // Returns a study's table of results, as JSON {"text", "table"}; null: the page shows none.
   std::function<absl::StatusOr<std::string>(int64_t study)> table;
+  // Returns the room on the farm's disks, for /metrics; null: not known.
+  std::function<FarmSpace()> space;
   Clock* clock = &Clock::System();
 };
 

@@ -184,6 +184,23 @@ void WriteStore(const ServerMetrics& server, Writer& out) {
           scrub.pass.ended_unix_s.value_or(0));
 }
 
+void WriteSpace(const FarmSpace& space, Writer& out) {
+  if (space.results_bytes) {
+    out.One("store_results_bytes", "gauge",
+            "Bytes of the results that studies have, each counted once.",
+            static_cast<double>(*space.results_bytes));
+  }
+  if (space.disks.empty()) return;
+  out.Head("disk_free_bytes", "gauge", "Free bytes on the disk of store and database.");
+  for (const auto& [name, disk] : space.disks) {
+    out.Sample("disk_free_bytes", {{"of", name}}, static_cast<double>(disk.free_bytes));
+  }
+  out.Head("disk_bytes", "gauge", "Bytes that the disk has.");
+  for (const auto& [name, disk] : space.disks) {
+    out.Sample("disk_bytes", {{"of", name}}, static_cast<double>(disk.total_bytes));
+  }
+}
+
 void WriteLatency(const ServerMetrics& server, Writer& out) {
   WriteHistogram(
       "lease_latency_seconds", "From credit and a ready job to the lease on the worker's stream.",
@@ -286,6 +303,7 @@ std::string MetricsText(const StatusSnapshot& snapshot) {
   WriteWaiting(snapshot, out);
   WriteWorkers(snapshot, out);
   WriteStore(snapshot.server, out);
+  WriteSpace(snapshot.space, out);
   WriteLatency(snapshot.server, out);
   WriteWork(snapshot.server, out);
   WritePairs(snapshot, out);

@@ -27,11 +27,12 @@ PairCount CountPairs(const v1::StudyStatus& study) {
 }
 
 StatusSampler::StatusSampler(std::string store_uri, Clock& clock, JobQueue& queue,
-                             const CoordinatorServer& server)
+                             const CoordinatorServer& server, std::function<FarmSpace()> space)
     : store_uri_(std::move(store_uri)),
       clock_(clock),
       queue_(queue),
       server_(server),
+      space_(std::move(space)),
       started_(clock.Steady()),
       rate_(kRateWindow_s) {}
 
@@ -97,6 +98,7 @@ absl::StatusOr<StatusSnapshot> StatusSampler::Read() {
   fresh.workers = server_.Workers();
   fresh.server = server_.Metrics();
   fresh.queue = queue_.Stats();
+  if (space_) fresh.space = space_();
   ASSIGN_OR_RETURN(fresh.running, queue_.ListRunning());
   int64_t pairs = 0;
   for (const v1::StudyStatus& study : fresh.studies) pairs += CountPairs(study).done;

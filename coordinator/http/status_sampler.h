@@ -4,6 +4,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -21,9 +22,9 @@ namespace parallax {
 
 class StatusSampler {
  public:
-  // All arguments must outlive the sampler.
+  // All arguments must outlive the sampler. `space` may be null.
   StatusSampler(std::string store_uri, Clock& clock, JobQueue& queue,
-                const CoordinatorServer& server);
+                const CoordinatorServer& server, std::function<FarmSpace()> space = nullptr);
   ~StatusSampler();  // Calls Stop().
 
   // Reads the history that the database has kept, and starts sampling.
@@ -49,6 +50,7 @@ class StatusSampler {
   Clock& clock_;
   JobQueue& queue_;
   const CoordinatorServer& server_;
+  const std::function<FarmSpace()> space_;
   const SteadyTime started_;
   std::thread sampling_;
 

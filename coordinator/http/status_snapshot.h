@@ -7,6 +7,7 @@
 
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
+#include "coordinator/rpc/storage/farm_space.h"
 #include "parallax/v1/service.pb.h"
 
 namespace parallax {
@@ -26,6 +27,7 @@ struct StatusSnapshot {
   ServerMetrics server;
   JobQueueStats queue;
   std::vector<RunningJob> running;  // Jobs that report figures.
+  FarmSpace space;
 };
 
 // Numbers of finished and of wanted pairs, summed over the variants of a study.

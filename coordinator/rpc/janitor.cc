@@ -1,5 +1,7 @@
 #include "coordinator/rpc/janitor.h"
 
+#include <filesystem>
+
 #include "common/base/system/log.h"
 #include "common/store/content.h"
 #include "coordinator/rpc/storage/unknown_folders.h"
@@ -8,6 +10,7 @@ namespace parallax {
 namespace {
 
 constexpr int kPathsAtOnce = 200;
+constexpr char kActor[] = "coordinator";  // In the audit.
 
 }  // namespace
 
@@ -66,6 +69,44 @@ absl::StatusOr<int> Janitor::SweepUnknown() const {
                               [this] { return IsStopping(); });
 }
 
+absl::StatusOr<int> Janitor::Retain() {
+  RETURN_IF_ERROR(use_.Follow(queue_));
+  {
+    const std::lock_guard lock(mu_);
+    space_.results_bytes = use_.Bytes();
+  }
+  RETURN_IF_ERROR(store_.CheckMarker());
+  int forgotten = 0;
+  for (const ForgetDue& due : use_.Due(options_.keep, options_.clock->UnixSeconds())) {
+    if (IsStopping()) break;
+    const auto had = queue_.Forget(due.study, due.reason, kActor);
+    // Somebody else has forgotten it, or a repair made it unfinished.
+    if (absl::IsNotFound(had.status()) || absl::IsFailedPrecondition(had.status())) continue;
+    RETURN_IF_ERROR(had.status());
+    LogInfo("study forgotten", {{"study", due.study.value}, {"reason", due.reason}});
+    ++forgotten;
+  }
+  return forgotten;
+}
+
+FarmSpace Janitor::space() const {
+  const std::lock_guard lock(mu_);
+  return space_;
+}
+
+// A shared disk may hang, so that nobody but this thread asks it.
+void Janitor::MeasureDisks() {
+  std::vector<std::pair<std::string, DiskSpace>> disks;
+  const auto add = [&](const char* name, const std::filesystem::path& file) {
+    const auto space = SpaceOfDisk(file.parent_path().string());
+    if (space.ok()) disks.emplace_back(name, *space);
+  };
+  if (const auto file = store_.LocalPath("file"); file.ok()) add("store", *file);
+  if (!options_.database.empty()) add("database", std::filesystem::absolute(options_.database));
+  const std::lock_guard lock(mu_);
+  space_.disks = std::move(disks);
+}
+
 bool Janitor::IsStopping() const {
   const std::lock_guard lock(mu_);
   return stopping_;
@@ -92,7 +133,12 @@ void Janitor::Loop() {
   for (int sweep = 0; !stopping_; ++sweep) {
     lock.unlock();
     log(Sweep(), "litter");
+    MeasureDisks();
     if (sweep % options_.content_every == 0) log(SweepContent(), "users' content");
+    if (sweep % options_.unknown_every == 0) use_.Restart();
+    if (const auto forgotten = Retain(); !forgotten.ok()) {
+      LogWarning("no study is forgotten", {{"error", forgotten.status()}});
+    }
     if (sweep % options_.unknown_every == 0) log(SweepUnknown(), "folders of no attempt");
     lock.lock();
     stop_.wait_for(lock, std::chrono::duration<double>(options_.every_s),

@@ -7,16 +7,21 @@
 // that a worker that is writing learns of it first. Files that such a worker leaves later become
 // litter with its late report.
 //
-// The users' content is removed when no study names it any more: see content_keeper.h.
+// The users' content is removed when no study names it any more: see content_keeper.h. Ended
+// studies that the rules of retention don't keep are forgotten (storage/store_use.h), which makes
+// litter of what no other study uses.
 #pragma once
 
 #include <condition_variable>
 #include <mutex>
+#include <string>
 #include <thread>
 
 #include "common/store/store.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/content_keeper.h"
+#include "coordinator/rpc/storage/farm_space.h"
+#include "coordinator/rpc/storage/store_use.h"
 
 namespace parallax {
 
@@ -28,6 +33,9 @@ struct JanitorOptions {
   // Age at which folders of attempts that the database does not know are removed; 0: never.
   double unknown_s = 7 * 86400.0;
   int unknown_every = 1440;  // Sweeps from one search for them to the next.
+  RetentionRules keep;
+  std::string database;             // The queue's file, whose disk is measured; empty: it is not.
+  Clock* clock = &Clock::System();  // Must outlive the janitor.
 };
 
 // Thread-safe. Has one thread.
@@ -48,10 +56,17 @@ class Janitor {
   // Removes folders of attempts that the database does not know (unknown_folders.h). Returns their
   // number. Errors: those of the queue and of the store.
   absl::StatusOr<int> SweepUnknown() const;
+  // Counts the bytes of results, and forgets ended studies that the rules don't keep. Returns the
+  // number of forgotten studies. Call it from one thread. Errors: the queue's; those of a store
+  // that is away: then nothing is forgotten.
+  absl::StatusOr<int> Retain();
+  // Returns the room on the farm's disks, as the last sweep saw it.
+  FarmSpace space() const;
 
  private:
   void Loop();
   bool IsStopping() const;
+  void MeasureDisks();
   absl::Status RemoveEmptyAttempt(const std::string& path) const;
 
   JobQueue& queue_;
@@ -59,9 +74,12 @@ class Janitor {
   ContentKeeper* const content_;
   const JanitorOptions options_;
 
+  StoreUse use_;  // Used by Retain only.
   mutable std::mutex mu_;
   std::condition_variable stop_;
-  bool stopping_ = false;  // Guarded by mu_.
+  // Guarded by mu_.
+  bool stopping_ = false;
+  FarmSpace space_;
   std::thread thread_;
 };
 

@@ -102,6 +102,15 @@ if [ -e "$root/dist/parallax-stereo-trainer_${version}_amd64.deb" ]; then
   chroot "$root" dpkg -i "/dist/parallax-stereo-trainer_${version}_amd64.deb" >/dev/null
   inside "trainer --help >/dev/null; parallax evaluate sgbm --on shipped --out scores >/dev/null"
 fi
+for program in parallax coordinator worker; do
+  for file in bash-completion/completions/$program zsh/site-functions/_$program fish/vendor_completions.d/$program.fish man/man1/$program.1.gz; do
+    for share in /usr/share '/home/user/else where/share' /home/user/venv/share; do
+      inside "test -s '$share/$file'" || { echo "check: $share/$file is not there" >&2; exit 1; }
+    done
+  done
+done
+inside "! grep -n '](' ~/venv/lib/python3*/site-packages/parallax_stereo-*.dist-info/METADATA | grep -v '](https\?:'" \
+  || { echo "check: the wheel's description names files that are not beside it" >&2; exit 1; }
 # The units name programs that are there, and no user that has to be made: they run as users that systemd makes.
 for unit in coordinator worker; do
   file=$root/usr/lib/systemd/system/parallax-$unit.service

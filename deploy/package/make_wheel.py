@@ -13,6 +13,7 @@ import time
 import zipfile
 
 PROGRAMS = ("parallax", "coordinator", "worker", "trainer")
+FOR_SHELLS = ("bash-completion", "zsh", "fish", "man")
 
 START = '''"""Starts the programs of Parallax that are in this package."""
 import os
@@ -100,7 +101,10 @@ def main():
     for part in ("bin", "libexec", "lib", "share"):
         for file in files_below(args.tree / part):
             data = b"wheel\n" if file.name == "installed_as" else file.read_bytes()
-            wheel.add(f"parallax_stereo/{file.relative_to(args.tree)}", data, executable=part != "share")
+            place = file.relative_to(args.tree)
+            # pip puts the data of a wheel below the environment's root, where shells and man look.
+            folder = f"{name}-{args.version}.data/data" if place.parts[1] in FOR_SHELLS else "parallax_stereo"
+            wheel.add(f"{folder}/{place}", data, executable=part != "share")
     if args.data:
         wheel.add("parallax_stereo/__init__.py", START.encode())
         for file in files_below(args.data):

@@ -22,6 +22,14 @@ for program in parallax worker coordinator; do
 done
 cd "$work"
 
+# Shells and man find what the packed programs say of themselves.
+for program in parallax worker coordinator; do
+  cmp <("$tree/bin/$program" completion bash) "$tree/share/bash-completion/completions/$program"
+  cmp <("$tree/bin/$program" completion zsh) "$tree/share/zsh/site-functions/_$program"
+  cmp <("$tree/bin/$program" completion fish) "$tree/share/fish/vendor_completions.d/$program.fish"
+  cmp <("$tree/bin/$program" completion man) <(zcat "$tree/share/man/man1/$program.1.gz")
+done
+
 # The libraries that the programs really open are those that were packed, the C library among them. The loader, which is
 # the packed one, knows itself by the name under which the kernel opened it.
 env -i LD_DEBUG=libs LD_DEBUG_OUTPUT="$work/opened" "$tree/bin/worker" --version >/dev/null

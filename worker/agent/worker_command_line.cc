@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "common/base/edit_distance.h"
 #include "common/base/names.h"
 #include "common/base/system/clock.h"
 #include "common/base/system/cores.h"
@@ -218,7 +219,8 @@ absl::StatusOr<std::vector<std::string>> KindsOfRole(std::string_view role,
     if (FindHandler(handlers, word) == nullptr) {
       std::string known = "all";
       for (const std::string& kind : all) known += ", " + kind;
-      return InvalidArgument("--role: unknown kind of job '{}'; there are {}", word, known);
+      return InvalidArgument("--role: unknown kind of job '{}'{} (there are {})", word,
+                             NearestHint(word, all), known);
     }
     if (std::count(kinds.begin(), kinds.end(), word) == 0) kinds.push_back(word);
   }

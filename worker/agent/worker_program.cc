@@ -4,9 +4,11 @@
 #include <cstdlib>
 #include <iostream>
 
+#include "common/base/completion.h"
 #include "common/base/status.h"
 #include "common/base/system/clock.h"
 #include "common/base/system/log.h"
+#include "common/base/usage_error.h"
 #include "common/base/version.h"
 #include "worker/agent/agent.h"
 #include "worker/agent/health.h"
@@ -100,11 +102,12 @@ int RunWorkerProgram(int argc, char** argv, JobHandlers handlers, const BeforeWo
       "trains networks and evaluates them.",
       "worker");
   DeclareWorkerOptions(app, line);
+  AddCompletion(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::cerr << "worker: " << error.what() << " (see worker --help)" << std::endl;
+    std::cerr << "worker: " << ExplainUsage(app, error, {argv + 1, argv + argc}) << std::endl;
     return kWorkerUsage;
   }
   const auto level = ParseLogLevel(line.log_level);

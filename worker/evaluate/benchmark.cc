@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <set>
 
+#include "common/base/edit_distance.h"
 #include "worker/evaluate/benchmarks/kinds.h"
 
 namespace parallax {
@@ -13,10 +14,13 @@ namespace fs = std::filesystem;
 
 absl::Status UnknownKind(std::string_view name) {
   std::string known;
+  std::vector<std::string> names;
   for (const BenchmarkKind& kind : BenchmarkKinds()) {
     known += (known.empty() ? "" : ", ") + kind.name + (kind.takes_path ? ":PATH" : "");
+    names.push_back(kind.name);
   }
-  return InvalidArgument("there is no benchmark '{}'; there are {}", name, known);
+  return InvalidArgument("there is no benchmark '{}'{} (there are {})", name,
+                         NearestHint(name, names), known);
 }
 
 // The last part of a path: "pairs" of "data/pairs.txt", "motorcycles" of "data/motorcycles/".

@@ -12,6 +12,7 @@
 
 #include "common/base/status.h"
 #include "common/base/system/file.h"
+#include "common/base/usage_error.h"
 #include "common/base/version.h"
 #include "common/image/io.h"
 #include "common/image/picture_pair.h"
@@ -308,7 +309,7 @@ CLI::App* AddExport(CLI::App& app, PredictArguments& a) {
 }
 
 int Run(int argc, char** argv) {
-  CLI::App app{"Trains and runs Parallax's built-in stereo network"};
+  CLI::App app{"Trains and runs Parallax's built-in stereo network", "trainer"};
   app.set_version_flag("--version", std::string("trainer ") + kProgramVersion);
   app.require_subcommand(1);
   TrainOptions train;
@@ -319,7 +320,9 @@ int Run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : static_cast<int>(TrainerExit::kUsage);
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    std::cerr << "trainer: " << ExplainUsage(app, error, {argv + 1, argv + argc}) << std::endl;
+    return static_cast<int>(TrainerExit::kUsage);
   }
   if (train_command->parsed()) return Train(train);
   if (predict_command->parsed()) return Predict(predict);

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -56,6 +57,15 @@ absl::Status WriteFile(const std::string& path, std::string_view bytes, bool syn
     ::unlink(path.c_str());
   }
   return status;
+}
+
+absl::StatusOr<DiskSpace> SpaceOfDisk(const std::string& path) {
+  struct statvfs disk {};
+  if (statvfs(path.c_str(), &disk) != 0) return ErrnoError(errno, path);
+  const auto bytes = [&](auto blocks) {
+    return static_cast<int64_t>(blocks) * static_cast<int64_t>(disk.f_frsize);
+  };
+  return DiskSpace{bytes(disk.f_bavail), bytes(disk.f_blocks)};
 }
 
 absl::Status MakeFolders(const std::string& dir) {

@@ -2,6 +2,7 @@
 // common/store/store.h. Thread-safe.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -17,6 +18,13 @@ absl::StatusOr<std::string> ReadFile(const std::string& path, size_t max_bytes =
 // disk when the call returns. A failed write leaves no file behind. Errors: those of open(2),
 // write(2) and fsync(2), naming the path.
 absl::Status WriteFile(const std::string& path, std::string_view bytes, bool sync = false);
+
+struct DiskSpace {
+  int64_t free_bytes = 0;  // For users who are not root.
+  int64_t total_bytes = 0;
+};
+// Returns the space of the disk that `path` is on. Errors: those of statvfs(2), naming the path.
+absl::StatusOr<DiskSpace> SpaceOfDisk(const std::string& path);
 
 // Makes the folder `dir` of this machine, with its parents. Errors: those of mkdir(2).
 absl::Status MakeFolders(const std::string& dir);

@@ -1,10 +1,13 @@
 // table: what trains well, from score files.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
+#include "common/base/edit_distance.h"
 #include "common/base/status.h"
 #include "common/base/system/file.h"
 #include "common/base/system/temporary_folder.h"
@@ -77,9 +80,9 @@ absl::Status CheckOrder(const std::vector<std::string>& order,
   for (const Evaluation& evaluation : evaluations) known.insert(evaluation.run.variant);
   for (const std::string& variant : order) {
     if (known.count(variant) > 0) continue;
-    std::string names;
-    for (const std::string& name : known) names += (names.empty() ? "" : ", ") + name;
-    return InvalidArgument("--order: no variant '{}' has scores; there are {}", variant, names);
+    return InvalidArgument("--order: no variant '{}' has scores{} (there are {})", variant,
+                           NearestHint(variant, {known.begin(), known.end()}),
+                           fmt::join(known, ", "));
   }
   return absl::OkStatus();
 }

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "common/base/edit_distance.h"
 #include "common/base/hash.h"
 #include "common/base/system/file.h"
 #include "common/base/system/installation.h"
@@ -110,7 +111,8 @@ absl::StatusOr<ChosenPredictor> ChoosePredictor(const PredictorChoice& choice) {
                            {.variant = dir.parent_path().filename(), .trainer = "files"}};
   }
   if (fs::is_regular_file(choice.what, error)) return FromCheckpoint(choice);
-  return NotFound("{}: neither `sgbm`, nor a checkpoint, nor a folder of predictions", choice.what);
+  return NotFound("{}: neither `sgbm`, nor a checkpoint, nor a folder of predictions{}",
+                  choice.what, NearestHint(choice.what, {"sgbm"}));
 }
 
 }  // namespace parallax::client

@@ -1,7 +1,6 @@
 #include "coordinator/client/runs/out_dir.h"
 
 #include <fmt/core.h>
-#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -93,9 +92,8 @@ absl::StatusOr<std::unique_ptr<OutDir>> OutDir::Open(const std::string& path) {
 }
 
 int64_t FreeBytesOf(const std::string& path) {
-  struct statvfs disk {};
-  if (statvfs(path.c_str(), &disk) != 0) return -1;
-  return static_cast<int64_t>(disk.f_bavail) * static_cast<int64_t>(disk.f_frsize);
+  const auto space = SpaceOfDisk(path);
+  return space.ok() ? space->free_bytes : -1;
 }
 
 absl::Status CheckFreeSpaceOf(const std::string& path) {

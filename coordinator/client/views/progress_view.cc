@@ -122,7 +122,7 @@ std::string ProgressView::JobsLine() const {
   add(counts.layouts_reused, "layout reused", "layouts reused");
   add(counts.reused, "frame reused", "frames reused");
   add(counts.rejected, "scene rejected", "scenes rejected");
-  add(counts.failed, "failed");
+  add(counts.failed, study_.state() == v1::STUDY_STATE_SUCCEEDED ? "failed before" : "failed");
   return line;
 }
 

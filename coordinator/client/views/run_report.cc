@@ -69,7 +69,11 @@ void PrintRunReport(const Terminal& terminal, const RunReport& report) {
     line("crashes", Plural(report.worker_crashes, "worker crash", "worker crashes") +
                         "; what was lost was done again");
   }
-  if (counts.failed > 0) line("failed", Plural(counts.failed, "job"));
+  if (counts.failed > 0) {
+    line("failed", Plural(counts.failed, "job") + (report.study.state() == v1::STUDY_STATE_SUCCEEDED
+                                                       ? "; other tries did their work"
+                                                       : ""));
+  }
   line("dataset", report.out_dir + " (" + Plural(report.frames_in_dataset, "pair") + ")");
   if (!report.contact_sheet.empty()) {
     line("sheet", report.contact_sheet);

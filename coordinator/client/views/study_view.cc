@@ -95,8 +95,10 @@ std::vector<std::string> OtherJobLines(const v1::StudyStatus& study) {
     add(count({"SUCCEEDED"}), "done");
     add(count({"LEASED"}), "running");
     add(count({"BLOCKED", "READY", "RETRY_WAIT"}), "to come");
-    add(count({"FAILED", "QUARANTINED"}), "failed");
-    add(count({"CANCELLED"}), "cancelled");
+    // Of a study that has succeeded, other jobs have done the work of these.
+    const bool good = study.state() == v1::STUDY_STATE_SUCCEEDED;
+    add(count({"FAILED", "QUARANTINED"}), good ? "failed before" : "failed");
+    add(count({"CANCELLED"}), good ? "cancelled before" : "cancelled");
     if (!line.empty()) lines.push_back(kinds.at(i).name() + ": " + line);
   }
   return lines;
@@ -215,7 +217,7 @@ void PrintStudy(const Terminal& terminal, const v1::StudyStatus& study) {
   if (problems.empty()) return;
   out << "\nProblems\n";
   for (const std::string& line : problems) out << "  " << line << "\n";
-  if (CountsOf(study).failed > 0) {
+  if (CountsOf(study).failed > 0 && study.state() != v1::STUDY_STATE_SUCCEEDED) {
     out << "  `parallax retry " << study.study_id() << "` tries failed jobs again\n";
   }
 }

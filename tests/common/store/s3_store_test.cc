@@ -1,6 +1,7 @@
 // Against a real S3 server (moto, from deploy/setup.sh) that recomputes every signature.
 #include "common/store/s3_store.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -243,6 +244,28 @@ TEST(S3Store, AServerThatStaysAwayIsUnavailableAndARefusalIsNotRepeated) {
   EXPECT_EQ(server.answered, 3);
 }
 
+TEST(S3Store, ACommandGivesCredentialsAndFreshOnesWhenTheServerRefusesThem) {
+  S3Options options = Options();
+  const std::string calls = testing::TempDir() + "credentials-" + std::to_string(getpid());
+  std::filesystem::remove(calls);
+  // The first ones are unknown to the server, as those that ended are.
+  options.credentials_command = fmt::format(
+      R"(echo x >> {0}; key={1}; [ $(wc -l < {0}) -gt 1 ] || key=gone
+         printf '{{"AccessKeyId": "%s", "SecretAccessKey": "{2}"}}' "$key")",
+      calls, options.access_key, options.secret_key);
+  options.access_key = options.secret_key = "";
+  const auto store = OpenS3Store(options);
+  ASSERT_TRUE(store.ok()) << store.status();
+  ASSERT_TRUE((*store)->Put("a/b", "x").ok());
+  EXPECT_EQ(*(*store)->Get("a/b"), "x");
+  EXPECT_EQ(std::filesystem::file_size(calls), 4u) << "asked twice in all";
+  std::filesystem::remove(calls);
+  options.credentials_command = "echo no role here >&2; exit 3";
+  const absl::Status refused = OpenS3Store(options).status();
+  EXPECT_TRUE(absl::IsPermissionDenied(refused));
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("exit status 3: no role here"));
+}
+
 class S3UriTest : public testing::Test {
  protected:
   S3UriTest() {
@@ -251,7 +274,7 @@ class S3UriTest : public testing::Test {
   }
   ~S3UriTest() override {
     for (const char* name : {"AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY", "AWS_ENDPOINT_URL",
-                             "AWS_REGION", "AWS_SESSION_TOKEN"}) {
+                             "AWS_REGION", "AWS_SESSION_TOKEN", "PARALLAX_S3_CREDENTIALS"}) {
       unsetenv(name);
     }
   }
@@ -281,6 +304,10 @@ TEST_F(S3UriTest, MistakesAreNamed) {
   unsetenv("AWS_SECRET_ACCESS_KEY");
   EXPECT_THAT(std::string(ParseS3Uri("s3://b").status().message()),
               HasSubstr("AWS_SECRET_ACCESS_KEY"));
+  setenv("PARALLAX_S3_CREDENTIALS", "true", 1);
+  EXPECT_FALSE(ParseS3Uri("s3://b").ok()) << "half of the keys is a mistake";
+  unsetenv("AWS_ACCESS_KEY_ID");
+  EXPECT_EQ(ParseS3Uri("s3://b")->credentials_command, "true");
 }
 
 TEST_F(S3UriTest, AStoresUriFindsItAgainAndHoldsNoSecret) {

@@ -121,6 +121,23 @@ TEST_F(CommandTest, StatusAndJobsSayWhyReadyJobsDoNotRun) {
   EXPECT_EQ(RunJson({"jobs", "baseline"})["jobs"][0]["waits_reason"], "trainer");
 }
 
+TEST_F(CommandTest, ASucceededStudySaysThatItsFailuresWereMadeGood) {
+  v1::StudyStatus study = Baseline();
+  AddJobCount(*study.mutable_variants(0), "train", "SUCCEEDED", 4);
+  AddJobCount(*study.mutable_variants(0), "train", "FAILED", 2);
+  AddJobCount(*study.mutable_variants(0), "evaluate", "CANCELLED", 8);
+  coordinator_.studies = {study};
+  Outcome shown = Run({"status", "baseline"});
+  EXPECT_THAT(shown.out, HasSubstr("train: 4 done, 2 failed\n"));
+  EXPECT_THAT(shown.out, HasSubstr("`parallax retry 3` tries failed jobs again"));
+  study.set_state(v1::STUDY_STATE_SUCCEEDED);
+  coordinator_.studies = {study};
+  shown = Run({"status", "baseline"});
+  EXPECT_THAT(shown.out, HasSubstr("train: 4 done, 2 failed before\n"));
+  EXPECT_THAT(shown.out, HasSubstr("evaluate: 8 cancelled before\n"));
+  EXPECT_THAT(shown.out, Not(HasSubstr("tries failed jobs again")));
+}
+
 TEST_F(CommandTest, APageLinkNamesAnAddressThatThisMachineReaches) {
   const std::string host = coordinator_.address().substr(0, coordinator_.address().find(':'));
   EXPECT_EQ(Run({"page"}).out, "http://" + host + ":7080/#code=abc\n");

@@ -33,6 +33,8 @@ StatusSnapshot Example() {
   snapshot.server.lease_latency_bounds_s = {0.001, 0.1};
   snapshot.server.lease_latency_counts = {1, 5, 6};
   snapshot.server.lease_latency_sum_s = 0.5;
+  snapshot.space = {.results_bytes = 5000,
+                    .disks = {{"store", {300, 1000}}, {"database", {200, 900}}}};
   snapshot.workers.emplace_back().set_state("busy");
   snapshot.workers.emplace_back().set_state("busy");
   v1::StudyStatus& study = snapshot.studies.emplace_back();
@@ -80,6 +82,9 @@ TEST(MetricsText, HasASampleForEachThingWorthWatching) {
            "parallax_lease_latency_seconds_sum 0.5",
            "parallax_lease_latency_seconds_count 6",
            "parallax_pairs_per_hour 120",
+           "parallax_store_results_bytes 5000",
+           "parallax_disk_free_bytes{of=\"store\"} 300",
+           "parallax_disk_bytes{of=\"database\"} 900",
            "parallax_job_figure{study=\"odd\",kind=\"train\",job_id=\"12\",label=\"narrow, seed "
            "1\",figure=\"loss\"} 1.5",
            "parallax_pairs_published{study=\"odd \\\"name\\\"\\n\",study_id=\"9\",variant="

@@ -24,7 +24,7 @@ TEST(KindsOfRole, WhatThereIsNotIsRefusedWithWhatThereIs) {
   const JobHandlers handlers = HandlersOf(runner);
   const auto unknown = KindsOfRole("solve,bake", handlers).status();
   EXPECT_EQ(unknown.code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_EQ(unknown.message(), "--role: unknown kind of job 'bake'; there are all, solve, render");
+  EXPECT_EQ(unknown.message(), "--role: unknown kind of job 'bake' (there are all, solve, render)");
   EXPECT_FALSE(KindsOfRole("", handlers).ok());
   EXPECT_FALSE(KindsOfRole(",", handlers).ok());
 }

@@ -250,7 +250,7 @@ std::string ShareTable(const std::map<std::string, Share>& shares, int64_t pixel
 std::string CardMarkdown(const v1::StudySpec& study, const v1::VariantSpec& variant,
                          const Summary& s, bool other_licence) {
   const double frames = static_cast<double>(std::max<int64_t>(s.frames, 1));
-  std::string text = CardHead(s.frames, other_licence, /*more=*/"");
+  std::string text = CardHead(s.frames, other_licence, /*configs=*/"");
   text += "# " + study.name() + " / " + variant.name() + "\n\n";
   text += fmt::format(
       "{} stereo pairs of {} procedural scenes with ground truth for both eyes, {:.1f} MB. Made by "

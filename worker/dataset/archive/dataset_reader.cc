@@ -1,12 +1,13 @@
 #include "worker/dataset/archive/dataset_reader.h"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <set>
 #include <sstream>
 
+#include "common/base/edit_distance.h"
 #include "common/base/system/file.h"
 #include "common/config/training_plan.h"
 #include "worker/dataset/archive/archive_index.h"
@@ -149,9 +150,10 @@ absl::StatusOr<std::vector<DatasetVariant>> ChooseVariants(
         std::any_of(dataset.variants.begin(), dataset.variants.end(),
                     [&](const DatasetVariant& v) { return Matches(pattern, v.name); });
     if (known) continue;
-    std::string names;
-    for (const DatasetVariant& v : dataset.variants) names += (names.empty() ? "" : ", ") + v.name;
-    return InvalidArgument("no variant \"{}\" in {} (there are {})", pattern, dataset.dir, names);
+    std::vector<std::string> names;
+    for (const DatasetVariant& v : dataset.variants) names.push_back(v.name);
+    return InvalidArgument("no variant \"{}\" in {}{} (there are {})", pattern, dataset.dir,
+                           NearestHint(pattern, names), fmt::join(names, ", "));
   }
   for (DatasetVariant& variant : dataset.variants) {
     if (std::any_of(patterns.begin(), patterns.end(),

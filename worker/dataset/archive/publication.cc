@@ -72,12 +72,12 @@ Json Field(const CroissantField& field, const Publication& publication) {
 
 }  // namespace
 
-std::string CardHead(int64_t pairs, bool other_licence, const std::string& more) {
+std::string CardHead(int64_t pairs, bool other_licence, const std::string& configs) {
   return std::string("---\nlicense: ") + (other_licence ? "other" : "cc-by-4.0") +
          "\ntask_categories:\n- depth-estimation\n"
          "tags:\n- stereo-matching\n- disparity\n- synthetic\n- parallax\n"
          "size_categories:\n- " +
-         SizeCategory(pairs) + "\n" + more + "---\n";
+         SizeCategory(pairs) + "\n" + (configs.empty() ? "viewer: false\n" : configs) + "---\n";
 }
 
 std::string CitationSection(bool other_licence) {

@@ -29,9 +29,11 @@ struct Publication {
   std::vector<CroissantField> fields;
 };
 
-// Returns the YAML head of a dataset card as Hugging Face reads it, with both "---" lines. `more`
-// are further lines of YAML at the outermost level, each with its end; may be empty.
-std::string CardHead(int64_t pairs, bool other_licence, const std::string& more);
+// Returns the YAML head of a dataset card as Hugging Face reads it, with both "---" lines.
+// `configs` says in YAML, lines with their ends, which files are the data; empty: nothing that
+// Hugging Face reads as it is, so that its viewer stays off instead of showing a folder of
+// pictures.
+std::string CardHead(int64_t pairs, bool other_licence, const std::string& configs);
 
 // Returns a Markdown section on how to cite, with BibTeX, and on the licence of the data.
 std::string CitationSection(bool other_licence);

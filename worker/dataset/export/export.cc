@@ -34,14 +34,18 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-// Whether the file ends as a PNG does, with its chunk IEND. Layouts that link pictures do not
-// decode them.
-bool EndsAsPng(const std::string& path) {
+// Returns why the file does not end as a PNG does, with its chunk IEND: "is cut off", "has 3 bytes
+// behind its end"; "" if it does. Layouts that link pictures do not decode them.
+std::string WhyNotWholePng(const std::string& path, int64_t size) {
   constexpr std::string_view kEnd("\0\0\0\0IEND\xAE\x42\x60\x82", 12);
   std::ifstream file(path, std::ios::binary);
-  std::string end(kEnd.size(), 0);
-  file.seekg(-static_cast<std::streamoff>(kEnd.size()), std::ios::end);
-  return file.read(end.data(), static_cast<std::streamsize>(end.size())) && end == kEnd;
+  std::string end(static_cast<size_t>(std::min<int64_t>(size, 1 << 16)), 0);
+  file.seekg(-static_cast<std::streamoff>(end.size()), std::ios::end);
+  if (!file.read(end.data(), static_cast<std::streamsize>(end.size()))) return "can't be read";
+  const size_t at = end.rfind(kEnd);
+  if (at == std::string::npos) return "is cut off";
+  const size_t behind = end.size() - at - kEnd.size();
+  return behind == 0 ? "" : fmt::format("has {} bytes behind its end", behind);
 }
 
 // Every file that the layouts read must be there: half a dataset must not pass for a whole one.
@@ -74,8 +78,9 @@ absl::Status CheckWhole(const DatasetVariant& variant, const ExportOptions& opti
                                   frame.files.contains(name) ? "" : " (the map was not written)");
       }
       if (info.st_size == 0) return FailedPrecondition("the dataset has holes: {} is empty", path);
-      if (path.ends_with(".png") && !EndsAsPng(path)) {
-        return FailedPrecondition("the dataset has holes: {} is cut off", path);
+      if (!path.ends_with(".png")) continue;
+      if (const std::string why = WhyNotWholePng(path, info.st_size); !why.empty()) {
+        return FailedPrecondition("the dataset has holes: {} {}", path, why);
       }
     }
   }

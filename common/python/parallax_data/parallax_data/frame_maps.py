@@ -31,4 +31,5 @@ def file_of(stem: str, eye: str, direction: str = "forward") -> str:
 
 def read(folder: Path, stem: str, eye: str, direction: str = "forward") -> np.ndarray:
     """A map as it is stored: float32 (height, width) or (height, width, 3), uint8 or uint16."""
-    return _READERS[BY_STEM[stem]["encoding"] if stem in BY_STEM else ""](folder / file_of(stem, eye, direction))
+    file = folder / file_of(stem, eye, direction)
+    return _READERS[BY_STEM[stem]["encoding"]](file)

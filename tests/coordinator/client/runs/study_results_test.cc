@@ -194,7 +194,7 @@ TEST_F(StudyResultsTest, ATableNeedsScoresAndVariantsThatHaveSome) {
   ordered.insert(ordered.end(), {"--order", "zebra,nope"});
   Outcome outcome = RunCommand(ordered);
   EXPECT_EQ(outcome.exit_code, kExitUsage);
-  EXPECT_THAT(outcome.err, HasSubstr("--order: no variant 'nope' has scores; there are again, "));
+  EXPECT_THAT(outcome.err, HasSubstr("--order: no variant 'nope' has scores (there are again, "));
   coordinator_.results.clear();
   outcome = RunCommand(command);
   EXPECT_EQ(outcome.exit_code, kExitUsage);

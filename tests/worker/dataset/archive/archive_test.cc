@@ -462,7 +462,7 @@ TEST_F(ArchiveTest, TheCardCountsWhatIsThere) {
   EXPECT_EQ(card["disparity_fraction_below_px"]["192"], 1.0);
   const std::string readme = *ReadFile(out_ + "/a/README.md");
   EXPECT_THAT(readme, StartsWith("---\nlicense: cc-by-4.0\n"));
-  EXPECT_THAT(readme, HasSubstr("size_categories:\n- n<1K\n---\n# s / a\n"));
+  EXPECT_THAT(readme, HasSubstr("size_categories:\n- n<1K\nviewer: false\n---\n# s / a\n"));
   EXPECT_THAT(readme, HasSubstr("@inproceedings{yan2026stereo"));
   EXPECT_THAT(readme, HasSubstr("2 stereo pairs of 1 procedural scenes"));
   EXPECT_THAT(readme, HasSubstr("**Incomplete:** 4 pairs were asked for."));

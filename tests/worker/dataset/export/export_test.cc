@@ -167,6 +167,7 @@ TEST_F(ExportTest, WebdatasetShardsNameTheirSplitAndHoldSeedsAsStrings) {
                                  "export.json", "test-000000.tar", "test.txt", "train-000000.tar",
                                  "train-000001.tar", "train.txt"));
   EXPECT_THAT(*ReadFile(out_ + "/README.md"), HasSubstr("path: train-*.tar"));
+  EXPECT_THAT(*ReadFile(out_ + "/README.md"), Not(HasSubstr("viewer:")));
   const std::string shard = *ReadFile(out_ + "/train-000000.tar");
   EXPECT_THAT(shard, HasSubstr("\"seeds\":{\"scene\":\"18446744073709551557\"}"));
   EXPECT_THAT(shard, HasSubstr("\"seed\":\"201\""));
@@ -341,6 +342,12 @@ TEST_F(ExportTest, PicturesThatAreCutOffAreHoles) {
       EXPECT_THAT(std::string(Export(options).status().message()), HasSubstr("is cut off"));
       EXPECT_FALSE(fs::exists(out_));
     }
+    fs::remove(path);
+    ASSERT_TRUE(WriteFile(path, whole + "abc").ok());
+    ExportOptions options;
+    options.infrared = true;
+    EXPECT_THAT(std::string(Export(options).status().message()),
+                HasSubstr(std::string(name) + " has 3 bytes behind its end"));
     ASSERT_TRUE(WriteFile(path, whole).ok());
   }
 }

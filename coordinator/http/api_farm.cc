@@ -73,8 +73,8 @@ Reply Metrics(ApiParts& parts, const WebRequest&) {
   return reply;
 }
 
-// Healthy: the database answers, the store is there, and gRPC answers at its own addresses. Strangers
-// learn no more than that.
+// Healthy: the database answers, the store is there, and gRPC answers at its own addresses.
+// Strangers learn no more than that.
 Reply Health(ApiParts& parts, const WebRequest& request) {
   absl::Status status = parts.queue.ListStudies(1).status();
   if (status.ok()) status = parts.server.StoreStatus();

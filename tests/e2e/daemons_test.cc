@@ -218,6 +218,8 @@ TEST_F(DaemonsTest, EachStartUpErrorHasItsLineAndExitStatus) {
   ExpectRefusal(ServeCommand(), 5, "queue.db");
   std::vector<std::string> other = ServeCommand(address);
   other[3] = directory_ + "/other.db";
+  ExpectRefusal(other, 6, "it belongs to the database ");
+  other[5] = directory_ + "/other-store";
   ExpectRefusal(other, 3, address);
   coordinator_->Signal(SIGTERM);
   EXPECT_EQ(coordinator_->Wait(), 0);

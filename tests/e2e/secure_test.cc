@@ -391,6 +391,7 @@ TEST_F(SecureTest, WrongAuthorityHostAndDateHaveOneLineEach) {
     ASSERT_TRUE(WriteFile(folder + "/ca.crt", ca.certificate_pem).ok());
     ASSERT_TRUE(WriteFile(folder + "/tls.crt", own.certificate_pem).ok());
     ASSERT_TRUE(WriteFile(folder + "/tls.key", own.key_pem).ok());
+    ASSERT_TRUE(WriteFile(folder + "/revoked", "# none\n").ok());
   };
   const CertificateOrder past = {.name = "ada", .now_unix_s = now_s - 864000, .days = 1};
   write(directory_ + "/expired", *IssueClient(ca, past, Role::kSubmitter));
@@ -418,6 +419,7 @@ TEST_F(SecureTest, OtherAddressesNeedTlsAndThePageNeedsItsToken) {
                                           "--listen",   "127.0.0.1:0",
                                           "--http",     "0.0.0.0:0"};
   ExpectLine(Run(serve), 2, "--tls DIR");
+  ASSERT_TRUE(WriteFile(Tls("worker-pool") + "/revoked", "# none\n").ok());
   std::vector<std::string> no_token = serve;
   no_token.insert(no_token.end(), {"--tls", Tls("worker-pool")});
   ExpectLine(Run(no_token), 2, "http.token");

@@ -73,6 +73,7 @@ int Report(const std::string& name, const Tally& tally, double wall_s, const std
   json["wall_s"] = wall_s;
   json["version"] = kProgramVersion;
   json["command"] = command;
+  for (const std::string& complaint : tally.complaints) std::cerr << complaint << std::endl;
   std::cout << json.dump() << std::endl;
   return tally.clean() ? 0 : 1;
 }

@@ -246,9 +246,13 @@ void Slow(const Target& target, double seconds, Tally& tally) {
     slow.push_back(std::make_unique<Stranger>(target.http, i % 2 ? target.context.get() : nullptr));
     ++tally.faults;
   }
+  // They are there when all have sent a byte. While a hundred come from one address at once, they
+  // may take the place of another newcomer from it.
+  for (auto& one : slow) one->Send(request.substr(0, 1));
+  Sleep(0.5);
   Watcher health(target, "/healthz"), page(target, "/");
   const auto begin = Clock::now();
-  for (size_t at = 0; SecondsSince(begin) < seconds; ++at) {
+  for (size_t at = 1; SecondsSince(begin) < seconds; ++at) {
     for (auto& one : slow) one->Send(request.substr(at % request.size(), 1));
     Sleep(0.5);
   }

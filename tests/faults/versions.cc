@@ -11,6 +11,7 @@
 #include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
+#include "common/store/store.h"
 #include "coordinator/queue/job_queue.h"
 #include "tests/faults/farm.h"
 #include "tests/worker/agent/noop_runner.h"
@@ -87,9 +88,32 @@ void LoadDump(const std::string& dump, const std::string& path, Tally& tally) {
   sqlite3_close(db);
 }
 
+// The store of that release: its marker, and files of the sizes that the database knows.
+void MakeOldStore(const std::string& db, const std::string& folder, Tally& tally) {
+  JobQueueOptions options;
+  options.db_path = db;
+  const auto queue = JobQueue::Open(options);
+  if (!queue.ok()) return tally.Lost(queue.status().ToString());
+  v1::ListFramesRequest request;
+  request.set_study_id(1);
+  const auto frames = (*queue)->ListFrames(request);
+  const auto store = OpenStore(folder);
+  if (!frames.ok() || !store.ok()) return tally.Lost("the older release's store");
+  for (const v1::PublishedFrame& frame : *frames) {
+    for (const v1::FileEntry& file : frame.frame().files()) {
+      const std::string bytes(static_cast<size_t>(file.size()), 'x');
+      const absl::Status put = (*store)->Put(frame.frame().path() + "/" + file.name(), bytes);
+      if (!put.ok()) tally.Lost(put.ToString());
+    }
+  }
+}
+
 // The database of a study that was under way: its jobs done before count, the others are done.
 void OldDatabase(const std::string& dump, Tally& tally) {
-  Farm farm({.lease_s = 1, .reconnect_s = 0.2});
+  // Never read, because nobody knows any more what was in the files.
+  Farm farm({.lease_s = 1, .reconnect_s = 0.2, .coordinator_arguments = {"--scrub-mb-s", "0"}});
+  LoadDump(dump, farm.folder() + "/copy.db", tally);
+  MakeOldStore(farm.folder() + "/copy.db", farm.store(), tally);
   LoadDump(dump, farm.folder() + "/queue.db", tally);
   farm.StartCoordinator();
   const v1::StudyStatus before = farm.Status(1);

@@ -10,16 +10,21 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <string_view>
 
 #include "coordinator/http/http_server.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
+#include "coordinator/rpc/workers/wait_reasons.h"
 
 namespace {
 
 class NoServer final : public parallax::CoordinatorServer {
  public:
+  explicit NoServer(parallax::JobQueue& queue)
+      : waits_(queue, parallax::Clock::System(),
+               [] { return std::vector<parallax::WorkerGroup>(); }) {}
   std::vector<std::string> addresses() const override { return {}; }
   std::vector<parallax::v1::WorkerStatus> Workers() const override { return {}; }
   parallax::ServerMetrics Metrics() const override {
@@ -29,14 +34,20 @@ class NoServer final : public parallax::CoordinatorServer {
     return metrics;
   }
   absl::Status CheckAnswers() const override { return absl::OkStatus(); }
+  const parallax::WaitReasons& waits() const override { return waits_; }
+  void SetPage(PageOpener) override {}
   parallax::ContentKeeper* content() override { return nullptr; }
+  absl::Status StoreStatus() const override { return absl::OkStatus(); }
   void Shutdown() override {}
+
+ private:
+  const parallax::WaitReasons waits_;
 };
 
 struct World {
   std::string folder;
   std::unique_ptr<parallax::JobQueue> queue;
-  NoServer server;
+  std::optional<NoServer> server;
   std::unique_ptr<parallax::HttpServer> http;
   int port = 0;
 
@@ -46,16 +57,18 @@ struct World {
     parallax::JobQueueOptions options;
     options.db_path = folder + "/queue.db";
     queue = *parallax::JobQueue::Open(options);
+    server.emplace(*queue);
     parallax::HttpServerOptions http_options;
     http_options.listen = "127.0.0.1:0";
     http_options.store_uri = "file:///nowhere";
     http_options.db_path = options.db_path;
-    http = *parallax::HttpServer::Start(http_options, *queue, server);
+    http = *parallax::HttpServer::Start(http_options, *queue, *server);
     const std::string address = http->address();
     port = std::atoi(address.substr(address.rfind(':') + 1).c_str());
   }
   ~World() {
     http.reset();
+    server.reset();
     queue.reset();
     std::filesystem::remove_all(folder);
   }

@@ -61,8 +61,10 @@ void Scrubber::Loop() {
                {{"folder", damaged.folder}, {"error", damaged.why}});
     });
     if (pass.ok()) {
-      LogInfo("all results in the store were read",
-              {{"files", pass->files}, {"bytes", pass->bytes}, {"damaged", pass->damaged}});
+      if (pass->files > 0) {
+        LogInfo("all results in the store were read",
+                {{"files", pass->files}, {"bytes", pass->bytes}, {"damaged", pass->damaged}});
+      }
     } else if (!absl::IsCancelled(pass.status())) {
       LogWarning("the store is not read to its end; tried again",
                  {{"error", pass.status()}, {"seconds", kTryAgain_s}});

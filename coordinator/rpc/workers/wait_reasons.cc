@@ -48,9 +48,10 @@ void WaitReasons::AddTo(v1::StudyStatus& study) const {
   std::vector<v1::WaitingJobs> reasons;
   for (const auto& [key, jobs] : groups) {
     const WaitReason reason = WhyWaiting(key, hold, *workers);
-    const auto same = std::find_if(reasons.begin(), reasons.end(), [&](const v1::WaitingJobs& one) {
-      return one.kind() == key.kind && one.text() == reason.text;
-    });
+    const auto is_same = [&kind = key.kind, &reason](const v1::WaitingJobs& one) {
+      return one.kind() == kind && one.text() == reason.text;
+    };
+    const auto same = std::find_if(reasons.begin(), reasons.end(), is_same);
     if (same != reasons.end()) {
       same->set_jobs(same->jobs() + jobs);
     } else {

@@ -19,6 +19,7 @@
 
 #include "common/base/hash.h"
 #include "common/base/system/file.h"
+#include "common/store/local_store.h"
 #include "tests/common/store/store_conformance.h"
 
 namespace parallax {
@@ -212,16 +213,19 @@ class MoodyServer {
   std::thread thread_;
 };
 
+// What a server has that Parallax has used before.
+const std::string kMarkerAnswer = "200 OK\n" + StoreMarkerText("an id");
+
 TEST(S3Store, BusyAndBrokenServersAreAskedAgain) {
-  MoodyServer server({"503 Slow Down", "429 Too Many", "", "500 Oops", "200 OK"});
+  MoodyServer server({"503 Slow Down", "429 Too Many", "", "500 Oops", "200 OK", kMarkerAnswer});
   S3Options options = Options();
   options.endpoint = server.endpoint();
   EXPECT_TRUE(OpenS3Store(options, {.read_only = true}).ok());
-  EXPECT_EQ(server.answered, 5);
+  EXPECT_EQ(server.answered, 6);
 }
 
 TEST(S3Store, AListWithForeignKeysIsRefused) {
-  MoodyServer server({"200 OK",
+  MoodyServer server({"200 OK", kMarkerAnswer,
                       "200 OK\n<ListBucketResult><Contents><Key>far</Key><Size>3</Size></Contents>"
                       "</ListBucketResult>"});
   S3Options options = Options();

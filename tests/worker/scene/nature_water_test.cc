@@ -130,7 +130,9 @@ TEST_P(NatureWater, ThingsStandAsFarAboveItAsTheirLayersSay) {
       }
       dry += height > 0;
       // Reeds alone grow in it.
-      if (plant && layer.name() != "reeds") EXPECT_GT(height, 0) << layer.name();
+      if (plant && layer.name() != "reeds") {
+        EXPECT_GT(height, 0) << layer.name();
+      }
       if (layer.floats() && height < -0.5) {
         EXPECT_NEAR(expansion->instances[index].world_from_object(2, 3), terrain.water()->Level(p),
                     1.2 * layer.sink_m() * layer.size_high() + 0.01)

@@ -35,18 +35,19 @@ TEST(RigCamera, WithoutACameraItIsTheCentredOneOfTheFieldOfView) {
 
 TEST(RigCamera, KIsThatOfTheConfigScaledToThePicture) {
   const v1::SceneConfig config = ConfigOf(
-      "rigs: {width_px: 621, height_px: 375, camera: {preset: kitti, fy_px: 700, cy_px: {uniform: "
+      "rigs: {width_px: 621, height_px: 188, camera: {preset: kitti, fy_px: 700, cy_px: {uniform: "
       "[100, 200]}}}");
   const RigCamera camera = DrawRigCamera(config.rigs(), 0.5, Rng(SceneSeed{5}, "camera"));
   EXPECT_NEAR(camera.k.fx_px, 721.5377 / 2, 1e-9);
-  EXPECT_EQ(camera.k.fy_px, 700);
+  constexpr double kDown = 188.0 / 375;
+  EXPECT_NEAR(camera.k.fy_px, 700 * kDown, 1e-9);
   EXPECT_NEAR(camera.k.cx_px, 609.5593 / 2, 1e-9);
-  EXPECT_GT(camera.k.cy_px, 100);
-  EXPECT_LT(camera.k.cy_px, 200);
+  EXPECT_GT(camera.k.cy_px, 100 * kDown);
+  EXPECT_LT(camera.k.cy_px, 200 * kDown);
   // Corners of the picture lie where K puts them.
   const Vec3d corner = camera.DirectionAt(-1, 1);
   EXPECT_NEAR(corner.x(), -camera.k.cx_px / camera.k.fx_px, 1e-12);
-  EXPECT_NEAR(corner.y(), (375 - camera.k.cy_px) / camera.k.fy_px, 1e-12);
+  EXPECT_NEAR(corner.y(), (188 - camera.k.cy_px) / camera.k.fy_px, 1e-12);
   EXPECT_GE(camera.Corner(), corner.norm());
 }
 

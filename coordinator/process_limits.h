@@ -9,7 +9,7 @@ namespace parallax {
 
 // Bounds on the connections of gRPC and of HTTP that leave descriptors for files.
 struct DescriptorBudget {
-  size_t descriptors = 0;  // What the process may have.
+  size_t descriptors = 0;  // The number that the process may have.
   ListenerLimits rpc;
   ListenerLimits http;
 };

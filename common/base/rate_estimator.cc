@@ -27,7 +27,7 @@ RateEstimator::Growth RateEstimator::GrowthSince(size_t first) const {
 void RateEstimator::Add(double time_s, double count) {
   if (!samples_.empty() && count < samples_.back().count) samples_.clear();
   if (!samples_.empty() && time_s <= samples_.back().time_s) samples_.pop_back();
-  // Of samples with one count, the first and the last say all.
+  // The first and the last of the samples with one count suffice.
   const size_t n = samples_.size();
   if (n >= 2 && samples_[n - 1].count == count && samples_[n - 2].count == count) {
     samples_.pop_back();

@@ -32,7 +32,7 @@ struct FrameMap {
   Per per;
   std::string_view file;  // "depth_{eye}.exr", "flow_{direction}_{eye}.exr".
   Encoding encoding;
-  std::string_view unit;      // Of its values; "": none.
+  std::string_view unit;      // The unit of its values; "": none.
   std::string_view no_value;  // Written where there is no surface or no answer; "": never.
   // Separated by spaces: other maps that must be written, `lens` (a camera before rectification),
   // `sequence`.

@@ -31,7 +31,7 @@ namespace parallax::config_internal {
 namespace {
 
 constexpr double kHalfDegree = std::numbers::pi / 360;
-constexpr double kMostVerticalFov_deg = 110;  // Of pictures whose height is not given.
+constexpr double kMostVerticalFov_deg = 110;  // Limits pictures whose height is not given.
 constexpr size_t kMostFiles = 10;             // In a row of studies that extend each other.
 constexpr const char* kStudyFields[] = {
     "study", "extends", "base",           "set",      "seed",      "pairs",   "priority",
@@ -45,7 +45,7 @@ struct StudyFile {
   std::optional<YAML::Node> set;  // For all variants.
 };
 
-// What a file says of a variant.
+// A variant's entry in one file.
 struct VariantPart {
   StudyFile* file;
   YAML::Node node;

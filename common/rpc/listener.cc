@@ -359,7 +359,7 @@ bool Listener::MakeRoom(const std::string& host) {
       if (one.may_go()) ++by_host[one.host];
     }
     const bool is_host_full = of_host >= limits_.strangers_an_address;
-    // Those that leave still have their descriptors.
+    // Connections that are leaving still have their descriptors.
     const bool is_full = strangers_.size() >= 2 * limits_.strangers;
     if (!is_host_full && all < limits_.strangers && !is_full) return true;
     if (!looked) {

@@ -35,7 +35,7 @@ struct HttpRequest {
   std::string url;  // Path and query percent-encoded, the query sorted.
   std::vector<std::pair<std::string, std::string>> headers = {};
   HttpBody body = {};                            // A POST's must be in memory.
-  std::string content_type = "application/xml";  // Of a POST's body.
+  std::string content_type = "application/xml";  // The type of a POST's body.
   std::string sha256 = "";                       // Digest of the body; "": not known yet.
   // Gets the answer's body piece by piece, in place of HttpAnswer::body; false ends the transfer.
   std::function<bool(std::string_view piece)> receive = nullptr;

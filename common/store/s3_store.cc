@@ -56,7 +56,8 @@ class S3Store final : public Store {
       ASSIGN_OR_RETURN(id_, NewSecret());
       RETURN_IF_ERROR(PutOwn(kStoreMarker, StoreMarkerText(id_)));
     }
-    if (id_.empty() && options.id.empty()) return absl::OkStatus();  // Of an older coordinator.
+    // An older coordinator made a store without a marker.
+    if (id_.empty() && options.id.empty()) return absl::OkStatus();
     return CheckStoreId(Uri(), id_, options.id);
   }
 

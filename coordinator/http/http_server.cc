@@ -309,7 +309,7 @@ class HttpServerImpl final : public HttpServer {
   std::unique_ptr<PageReader> reader_;
   std::optional<ApiParts> parts_;
   std::vector<WebRoute> routes_;      // Constant once it serves.
-  std::vector<std::regex> patterns_;  // Of routes_, in their order.
+  std::vector<std::regex> patterns_;  // The patterns of routes_, in their order.
   std::atomic<int> streams_ = 0;
   std::unique_ptr<WebServer> http_;  // Last: it stops before what its handlers use goes.
 };

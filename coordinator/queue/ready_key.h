@@ -1,4 +1,4 @@
-// What a READY job needs of a worker, with all that its study and its kind ask for. Alike jobs have
+// The needs of a READY job: all that it, its study and its kind ask of a worker. Alike jobs have
 // equal keys, so that one answer does for all of them. Pure functions; thread-safe.
 #pragma once
 

@@ -1,4 +1,4 @@
-// What the queue knows of the files in the store: which it must have, which were found damaged, and
+// Records of the files in the store: which it must have, which were found damaged, and
 // how far the search for damage has come.
 #pragma once
 
@@ -25,7 +25,7 @@ struct DamagedResult {
   std::string folder;  // As in StoredOutput: a result that was made anew has another one.
   std::string why;     // For people: "ab/.../left.png: has 7 bytes, not 9".
 };
-// What JobQueue::TakeBack did.
+// The outcome of JobQueue::TakeBack.
 struct TakenBack {
   int64_t results = 0;  // That were taken back.
   int64_t pairs = 0;    // Pairs of studies that are no longer published.

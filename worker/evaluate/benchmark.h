@@ -54,8 +54,8 @@ struct Benchmark {
   int pairs_published = 0;      // Pairs of the whole set; 0 where that isn't fixed.
   bool own = false;             // Pairs of the user: they are checked before they are predicted.
   std::vector<BenchmarkPair> pairs;
-  // Of the kinds "list" and "folder": all files that are read, and of a list what stands in the
-  // list of a copy, where files have the names above.
+  // Kinds "list" and "folder" have all files that are read; "list" also has the text of the list
+  // for a copy, where files have the names above.
   std::vector<BenchmarkFile> files;
   std::string list;
 };

@@ -19,8 +19,8 @@ struct OwnBenchmarkFile {
 
 struct OwnBenchmarkFiles {
   std::vector<OwnBenchmarkFile> files;
-  std::string list;    // Of kind "list": the list by which a copy names its files.
-  std::string sha256;  // Of the list of content that the files make; equal for equal copies.
+  std::string list;    // Kind "list" only: the list by which a copy names its files.
+  std::string sha256;  // Hash of the files' list of content; equal for equal copies.
 };
 
 // Reads the benchmark at `path`, the folder or list that `own` names, on this machine. Errors:

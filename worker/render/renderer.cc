@@ -105,7 +105,7 @@ class SceneRenderer final : public Renderer {
   }
 
   PassScene scene_;
-  std::vector<const Pass*> passes_;             // Those that the config asks for.
+  std::vector<const Pass*> passes_;             // The passes that the config asks for.
   std::map<uint32_t, v1::Keyframe> keyframes_;  // By rig index; none unless the scene has them.
   v1::Scene lit_recipe_;  // Used by keyframes: the recipe, lit by one of them.
 };

@@ -1,4 +1,4 @@
-// What this machine must have to render, train and score a study by `run`: looked for before any
+// Checks that this machine has all that `run` needs to render, train and score a study, before any
 // work is done.
 #pragma once
 

@@ -16,7 +16,7 @@ enum class ContentKind { kPictures, kTextures, kHdris, kMeshes };
 struct ContentItem {
   std::string name;                   // Its file, relative to the folder, or the name of the set.
   std::string text;                   // "12 triangles, 1 x 0.6 x 0.6, paint (colour tex.png)"
-  std::vector<std::string> left_out;  // What the file has that is not used, and why.
+  std::vector<std::string> left_out;  // Parts of the file that are not used, and why.
 };
 
 // All that folders of one kind hold.

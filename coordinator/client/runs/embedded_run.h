@@ -30,7 +30,7 @@ struct EmbeddedRunOptions {
   v1::StudySpec study;
   int workers = 1;
   MachineOptions machine;  // Passed to the workers.
-  std::string store_dir;   // Of database and store (ChooseStore); empty: in the dataset's folder.
+  std::string store_dir;   // Folder of database and store (ChooseStore); empty: the dataset's own.
   std::string page;        // "HOST:PORT" of the web page while it runs; empty: no page.
   bool json = false;       // Standard output is for JSON; progress goes to stderr.
 };

@@ -106,7 +106,7 @@ absl::Status CheckFreeSpaceOf(const std::string& path) {
 
 namespace {
 
-// Of a pair, for each pixel of one image; measured on indoor scenes at 320x180.
+// Bytes of a pair for each pixel of one image, measured on indoor scenes at 320x180.
 double BytesPerPixel(const v1::RenderConfig& render) {
   double bytes = 0;
   for (const FrameMap& row : FrameMaps()) {

@@ -1,4 +1,4 @@
-// What the labels of trainings and evaluations say. Pure functions.
+// Makes the labels of trainings and evaluations. Pure functions.
 #pragma once
 
 #include <cstdint>

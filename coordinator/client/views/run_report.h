@@ -26,7 +26,7 @@ struct RunReport {
   double warp_median_difference = -1;
   int trainings = 0, evaluations = 0;  // Numbers in the folder.
   std::set<std::string> score_files;   // See StudyResults.
-  std::vector<std::string> set_aside;  // What the changed study no longer asks for.
+  std::vector<std::string> set_aside;  // Folders that the changed study no longer asks for.
   std::string table;                   // Text of table.txt; empty: there are no scores.
 };
 

@@ -95,7 +95,7 @@ std::vector<std::string> OtherJobLines(const v1::StudyStatus& study) {
     add(count({"SUCCEEDED"}), "done");
     add(count({"LEASED"}), "running");
     add(count({"BLOCKED", "READY", "RETRY_WAIT"}), "to come");
-    // Of a study that has succeeded, other jobs have done the work of these.
+    // In a study that has succeeded, other jobs have done the work of the failed ones.
     const bool good = study.state() == v1::STUDY_STATE_SUCCEEDED;
     add(count({"FAILED", "QUARANTINED"}), good ? "failed before" : "failed");
     add(count({"CANCELLED"}), good ? "cancelled before" : "cancelled");

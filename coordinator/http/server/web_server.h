@@ -70,7 +70,7 @@ struct WebServerOptions {
   RpcAddress listen;
   // Prepares TLS; returns false if that fails. Null: plain HTTP.
   std::function<bool(ssl_ctx_st&)> tls;
-  std::vector<std::pair<std::string, std::string>> headers;  // Of every reply.
+  std::vector<std::pair<std::string, std::string>> headers;  // Every reply has them.
   WebServerLimits limits;
 };
 

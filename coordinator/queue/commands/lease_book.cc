@@ -9,7 +9,7 @@
 namespace parallax {
 namespace {
 
-constexpr size_t kMostLiveLogBytes = 4096;  // Of one lease.
+constexpr size_t kMostLiveLogBytes = 4096;  // Each lease keeps the last ones.
 
 }  // namespace
 

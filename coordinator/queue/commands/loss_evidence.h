@@ -1,4 +1,4 @@
-// What speaks for and against jobs that lose their workers: how long workers held each of them, and
+// Evidence for and against jobs that lose their workers: how long workers held each of them, and
 // how many workers were lost with it and without it meanwhile. policy.h judges it.
 //
 // Kept in memory only: deaths of the coordinator are nobody's fault, so each start counts anew, and
@@ -43,7 +43,7 @@ class LossEvidence {
                         double progress) const;
 
  private:
-  struct Record {  // Of a job that has lost a worker. Numbers and times are since the first loss.
+  struct Record {  // One for each job that has lost a worker; all counts from the first loss.
     std::map<uint64_t, std::string> losses;  // Machines, by fence; the first loss included.
     uint64_t lost_before = 0;                // Workers that all jobs had lost by then.
     double worker_s_before = 0;              // Living workers' time until then.

@@ -67,7 +67,7 @@ struct LeaseRef {
   std::string worker;
   bool stop = false;  // The worker still works on it and must be told to stop, and why.
   std::string reason;
-  // Of a lease that has ended; see LossEvidence.
+  // How the lease ended, if it did; see LossEvidence.
   LeaseEnd end = LeaseEnd::kOver;
   std::string machine = {};  // Its worker's, if that was lost.
   double progress = 0;

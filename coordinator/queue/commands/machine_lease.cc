@@ -120,7 +120,7 @@ absl::StatusOr<std::optional<JobRow>> Machine::ChooseOf(Study& study, KindId kin
   SqliteQuery query(db_, kReadyOfStudy, study.id, kinds_[kind].name(),
                     kCandidates + kMostUnsuitable);
   int suitable = 0;
-  std::optional<JobRow> own;  // What this worker failed or lost last comes after all others.
+  std::optional<JobRow> own;  // The job that this worker failed or lost comes after all others.
   while (suitable < kCandidates && query.Next()) {
     ASSIGN_OR_RETURN(JobRow job, JobRowOf(query, kinds_));
     if (!FitsJob(job, worker)) continue;

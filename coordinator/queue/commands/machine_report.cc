@@ -134,7 +134,7 @@ absl::StatusOr<v1::ReportOutcome> Machine::Fail(const v1::FailRequest& request) 
 }
 
 absl::Status Machine::FailAttempt(const JobRow& job, const AppFailure& failure) {
-  // What it worked with has been taken back meanwhile: no fault of the job.
+  // If its input has been taken back meanwhile, the job is not at fault.
   ASSIGN_OR_RETURN(const bool complete, HasWhatItWaitedFor(job));
   if (!complete) return LoseAttempt(job, LossKind::kReturned, failure.error, false, Now());
   const std::string worker = failure.worker.empty() ? job.worker : failure.worker;

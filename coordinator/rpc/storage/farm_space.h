@@ -13,7 +13,7 @@ namespace parallax {
 
 struct FarmSpace {
   std::optional<int64_t> results_bytes;  // StoreUse::Bytes; absent: not counted yet.
-  // What is on the disk ("store", "database") and its space. A store that is not a folder has none.
+  // Names of disks ("store", "database") with their space. A store that is not a folder has none.
   std::vector<std::pair<std::string, DiskSpace>> disks;
 };
 

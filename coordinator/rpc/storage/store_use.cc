@@ -21,34 +21,37 @@ std::pair<uint64_t, int64_t> FolderOf(const std::string& path, const Files& file
   return {std::hash<std::string>()(path), bytes};
 }
 
-}  // namespace
-
-absl::Status StoreUse::FollowStudy(JobQueue& queue, int64_t id, Study& study) {
-  v1::ListFramesRequest frames;
-  frames.set_study_id(id);
-  frames.set_limit(kRowsAtOnce);
+// Gives `take` the study's rows behind `cursor`, which `list` reads page by page. Moves `cursor`.
+template <typename Request, typename Cursor, typename List, typename Take>
+absl::Status ForEachRow(int64_t study, Cursor& cursor, const List& list, const Take& take) {
+  Request request;
+  request.set_study_id(study);
+  request.set_limit(kRowsAtOnce);
   for (size_t read = kRowsAtOnce; read == kRowsAtOnce;) {
-    frames.set_cursor(study.frame_cursor);
-    ASSIGN_OR_RETURN(const std::vector<v1::PublishedFrame> page, queue.ListFrames(frames));
-    for (const v1::PublishedFrame& frame : page) {
-      study.folders.push_back(FolderOf(frame.frame().path(), frame.frame().files()));
-      study.frame_cursor = frame.cursor();
-    }
-    read = page.size();
-  }
-  v1::ListResultsRequest results;
-  results.set_study_id(id);
-  results.set_limit(kRowsAtOnce);
-  for (size_t read = kRowsAtOnce; read == kRowsAtOnce;) {
-    results.set_cursor(study.result_cursor);
-    ASSIGN_OR_RETURN(const std::vector<v1::JobResult> page, queue.ListResults(results));
-    for (const v1::JobResult& result : page) {
-      study.folders.push_back(FolderOf(result.path(), result.files()));
-      study.result_cursor = result.cursor();
+    request.set_cursor(cursor);
+    ASSIGN_OR_RETURN(const auto page, list(request));
+    for (const auto& row : page) {
+      take(row);
+      cursor = row.cursor();
     }
     read = page.size();
   }
   return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status StoreUse::FollowStudy(JobQueue& queue, int64_t id, Study& study) {
+  RETURN_IF_ERROR(ForEachRow<v1::ListFramesRequest>(
+      id, study.frame_cursor, [&](const auto& request) { return queue.ListFrames(request); },
+      [&](const v1::PublishedFrame& row) {
+        study.folders.push_back(FolderOf(row.frame().path(), row.frame().files()));
+      }));
+  return ForEachRow<v1::ListResultsRequest>(
+      id, study.result_cursor, [&](const auto& request) { return queue.ListResults(request); },
+      [&](const v1::JobResult& row) {
+        study.folders.push_back(FolderOf(row.path(), row.files()));
+      });
 }
 
 absl::Status StoreUse::Follow(JobQueue& queue) {

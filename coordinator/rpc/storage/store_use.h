@@ -1,4 +1,4 @@
-// What the results of studies take in the store, and which ended studies have to go for the bounds
+// Counts the bytes of results in the store, and chooses the ended studies to forget for the bounds
 // of `coordinator serve --keep-days` and `--keep-gb`: the oldest first, never an unfinished one.
 #pragma once
 

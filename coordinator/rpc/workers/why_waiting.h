@@ -27,7 +27,7 @@ struct WorkerGroup {
   int64_t workers() const { return free + busy + drained + suspended; }
 };
 
-// What holds back a study as a whole.
+// The reasons that hold back a study as a whole.
 struct StudyHold {
   bool paused = false;
   std::string at_limit;  // "max_running 8"; empty: no limit does.

@@ -200,7 +200,7 @@ TEST_F(StudyFilesTest, OwnContentIsCountedFromTheFileThatNamesIt) {
       own.assets().include(),
       ElementsAre(root + "/content/meshes", root + "/content/meshes", root + "/content/meshes"));
   EXPECT_EQ(own.materials().texture_dir(), root + "/lib/tex");
-  // What is not here may lie below the root of a farm's workers.
+  // A folder that is not here may lie below the root of a farm's workers.
   EXPECT_EQ(config_of("materials: {texture_dir: farm/tex}").materials().texture_dir(), "farm/tex");
   // A lock file names paths below the root, and loads anywhere.
   const v1::StudySpec study = Load(dir_ + "/s.yaml");

@@ -213,7 +213,7 @@ class MoodyServer {
   std::thread thread_;
 };
 
-// What a server has that Parallax has used before.
+// The answer of a bucket that Parallax has used before.
 const std::string kMarkerAnswer = "200 OK\n" + StoreMarkerText("an id");
 
 TEST(S3Store, BusyAndBrokenServersAreAskedAgain) {

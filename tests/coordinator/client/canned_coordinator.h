@@ -45,7 +45,7 @@ class FakeCoordinator : public v1::Coordinator::Service {
   v1::Scene scene;
   std::string store_uri = "s3://somewhere";
   bool submit_existed = false;
-  std::vector<v1::WaitingJobs> unservable;  // Of a submit.
+  std::vector<v1::WaitingJobs> unservable;  // Its answer to a submit.
   std::string page_url = "http://0.0.0.0:7080/#code=abc";
   int64_t retried_jobs = 0;
   std::function<void(FakeCoordinator&)> on_get_study = [](FakeCoordinator&) {};

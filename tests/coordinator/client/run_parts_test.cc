@@ -46,7 +46,7 @@ TEST(DiskErrors, AreToldFromThoseOfTheWork) {
   }
 }
 
-// What a machine lacks for the study in `text`; its worker is there.
+// Returns what a machine lacks for the study in `text`; its worker is there.
 std::vector<std::string> Missing(const std::string& text, const MachineOptions& options = {},
                                  const std::string& gpu = "/nowhere/nvidia0") {
   const std::string file = testing::TempDir() + "/machine.yaml";

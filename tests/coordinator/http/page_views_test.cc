@@ -1,4 +1,4 @@
-// What the page shows beside figures: reasons of waiting jobs, files as they are, normals, tables,
+// The page shows more than figures: reasons of waiting jobs, files as they are, normals, tables,
 // and the log of a job that runs.
 #include <algorithm>
 

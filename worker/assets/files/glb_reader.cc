@@ -207,7 +207,7 @@ class GlbReader {
     const GltfEntry& part;
     const GltfEntry& attributes;
     std::optional<DracoMesh> draco;
-    const GltfEntry& ids;  // Of Draco's attributes.
+    const GltfEntry& ids;  // Names Draco's attributes.
   };
 
   // An attribute's numbers; none where the part has no such attribute.

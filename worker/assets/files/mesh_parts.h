@@ -38,7 +38,7 @@ struct MeshPart {
 struct MeshParts {
   std::vector<MeshPart> parts;
   std::vector<FileMaterial> materials;  // Each for parts with uv, or for parts without.
-  std::vector<std::string> left_out;    // What is not used, and why.
+  std::vector<std::string> left_out;    // Parts that are not used, and why.
   // Edges of less than this angle are smooth where there are no normals. Below 0: none is.
   double crease_deg = 40;
 };

@@ -19,7 +19,7 @@ class ObjLines {
   explicit ObjLines(std::string_view text);
   // Takes the next line that is not empty; false at the end. The view holds until the next call.
   bool Next(std::string_view* line);
-  int number() const { return number_; }  // Of the last line, from 1.
+  int number() const { return number_; }  // The last line's, from 1.
 
  private:
   std::string_view text_;
@@ -42,7 +42,7 @@ struct ObjMaterial {
   std::optional<float> roughness, metallic;
   std::vector<Map> maps;
   std::vector<std::string> left_out;
-  std::string folder;  // Of the .mtl.
+  std::string folder;  // The folder of the .mtl.
 };
 
 // Reads a file's text into `materials`, where the first of a name stays. Errors: kInvalidArgument

@@ -210,7 +210,7 @@ class ObjReader {
   std::vector<Vec3d> positions_;
   std::vector<Vec2f> uv_;
   std::vector<Vec3f> normals_;
-  std::string material_;                                         // Of the faces that follow.
+  std::string material_;                                         // The faces that follow have it.
   std::map<std::tuple<std::string, bool, bool>, Group> groups_;  // With uv, with normals.
   std::map<std::string, ObjMaterial> materials_;
   std::set<std::string> libraries_;

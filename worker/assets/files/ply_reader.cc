@@ -43,7 +43,7 @@ enum class Format { kAscii, kLittle, kBig };
 struct Header {
   Format format = Format::kAscii;
   std::vector<Element> elements;
-  std::vector<std::string> pictures;  // Of MeshLab's comments "TextureFile".
+  std::vector<std::string> pictures;  // From MeshLab's comments "TextureFile".
 };
 
 void TakeBlanks(std::string_view& line) {

@@ -1,5 +1,5 @@
-// What becomes of a dataset folder when its study has grown or changed: content that the study no
-// longer asks for is put aside, never deleted.
+// Fits a dataset folder to its study that has grown or changed: puts content that the study no
+// longer asks for aside, and never deletes it.
 #pragma once
 
 #include <string>

@@ -16,7 +16,7 @@ class MipPicture {
     kNumber,  // Linear values in [0, 1].
   };
   enum class Edge { kClamp, kRepeat, kMirror };
-  // What lies beyond the picture along u and along v.
+  // How the picture goes on beyond its edges along u and along v.
   struct Edges {
     Edge u = Edge::kRepeat, v = Edge::kRepeat;
   };

@@ -36,7 +36,7 @@ struct PbrPictures {
   PbrNumber roughness{0.6f, {}, 0}, metallic{0, {}, 0};
   // Tangent space, x along u and y along v, in [0, 255] for [-1, 1].
   std::optional<PbrPicture> normal;
-  float normal_scale = 1;  // Of its x and y.
+  float normal_scale = 1;  // Scales the normal's x and y.
 };
 
 // How the pictures are mapped to a surface.

@@ -159,7 +159,7 @@ bool IsExr(const std::string& name) { return Lower(fs::path(name).extension().st
 // The pictures of one name.
 struct FoundSet {
   std::map<PictureRole, FolderFile> pictures;
-  std::map<PictureRole, std::string> names;  // Of the roles.
+  std::map<PictureRole, std::string> names;  // The roles' names.
   std::vector<std::string> left_out;
 
   // Takes a picture. The first of a role stays, but for an EXR where there is another picture.

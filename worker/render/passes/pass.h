@@ -27,7 +27,7 @@
 
 namespace parallax {
 
-// What the passes of all pairs of a scene share. One pair at a time.
+// State that the passes of all pairs of a scene share. One pair at a time.
 struct PassScene {
   PassScene(const v1::Scene& scene, const RenderProfile& scene_profile,
             std::unique_ptr<RenderScene> scene_geometry, LightTable scene_lights,

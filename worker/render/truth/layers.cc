@@ -11,7 +11,7 @@
 namespace parallax {
 namespace {
 
-constexpr int kMostHits = 64;  // Of one line.
+constexpr int kMostHits = 64;  // Bounds the hits of one line.
 
 bool IsSamePlace(const SurfaceHit& a, const SurfaceHit& b) {
   return a.raw.placed == b.raw.placed && a.id.material == b.id.material &&

@@ -89,7 +89,7 @@ class JobSlotsTest : public ::testing::Test {
 
   std::string dir_;
   RunningAttempt seen_;
-  std::string live_log_;  // Of a heartbeat at that moment.
+  std::string live_log_;  // A heartbeat at that moment has it.
 };
 
 TEST_F(JobSlotsTest, HeartbeatsCarryTheEndOfTheLogOfAJobThatRuns) {

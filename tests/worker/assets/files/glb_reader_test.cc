@@ -1,4 +1,4 @@
-// What a .glb asks for is honoured, or refused by its name.
+// The reader honours all that a .glb asks for, or refuses it by its name.
 #include <cmath>
 #include <numbers>
 

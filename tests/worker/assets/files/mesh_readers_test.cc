@@ -1,4 +1,4 @@
-// What files of meshes ask for is honoured, or said to be left out.
+// The readers honour all that files of meshes ask for, or name it as left out.
 #include <cmath>
 #include <numbers>
 #include <set>

@@ -8,6 +8,8 @@
 #include <cerrno>
 #include <filesystem>
 
+#include "common/base/system/memory_budget.h"
+
 namespace parallax {
 
 absl::StatusOr<std::string> ReadFile(const std::string& path, size_t max_bytes) {
@@ -16,7 +18,15 @@ absl::StatusOr<std::string> ReadFile(const std::string& path, size_t max_bytes) 
   std::string bytes;
   struct stat info {};
   if (::fstat(fd, &info) == 0 && S_ISREG(info.st_mode)) {
-    bytes.reserve(std::min(static_cast<size_t>(info.st_size) + 1, max_bytes));
+    const size_t size = std::min(static_cast<size_t>(info.st_size) + 1, max_bytes);
+    constexpr size_t kSmall = 16 << 20;  // Fits whenever anything does.
+    if (size > kSmall) {
+      if (absl::Status fits = CheckMemory(path, static_cast<int64_t>(size)); !fits.ok()) {
+        ::close(fd);
+        return fits;
+      }
+    }
+    bytes.reserve(size);
   }
   char buffer[1 << 16];
   ssize_t count;

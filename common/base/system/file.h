@@ -11,7 +11,7 @@
 namespace parallax {
 
 // Returns the file's content. Errors: those of open(2) and read(2), naming the path;
-// kResourceExhausted if it is larger than `max_bytes`.
+// kResourceExhausted if it is larger than `max_bytes` or than the memory of this process allows.
 absl::StatusOr<std::string> ReadFile(const std::string& path, size_t max_bytes = size_t{1} << 32);
 
 // Creates the file or replaces its content. With `sync`, the data (not the folder's entry) is on

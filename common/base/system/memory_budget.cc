@@ -6,6 +6,7 @@
 #include <atomic>
 #include <fstream>
 #include <string>
+#include <utility>
 
 #include "common/base/system/cgroup.h"
 
@@ -13,6 +14,7 @@ namespace parallax {
 namespace {
 
 std::atomic<int64_t> limit_bytes{0};
+thread_local MemoryRequests* innermost_requests = nullptr;
 
 int64_t MachineMemory() {
   static const int64_t machine = [] {
@@ -51,7 +53,15 @@ int64_t ResidentMemory() {
   return resident * sysconf(_SC_PAGE_SIZE);
 }
 
+MemoryRequests::MemoryRequests() : outer_(std::exchange(innermost_requests, this)) {}
+
+MemoryRequests::~MemoryRequests() {
+  if (outer_ != nullptr) outer_->bytes_ += bytes_;
+  innermost_requests = outer_;
+}
+
 absl::Status CheckMemory(std::string_view what, int64_t more_bytes) {
+  if (innermost_requests != nullptr) innermost_requests->bytes_ += more_bytes;
   const int64_t held = ResidentMemory();
   const int64_t limit = MemoryLimit();
   if (more_bytes <= limit && held <= limit - more_bytes) return absl::OkStatus();

@@ -30,4 +30,22 @@ int64_t ResidentMemory();
 // MB".
 absl::Status CheckMemory(std::string_view what, int64_t more_bytes);
 
+// Adds up what this thread asks of CheckMemory while the object lives: what a file takes in memory
+// when it is decoded. The innermost object counts; its sum goes on to the one around it.
+class MemoryRequests {
+ public:
+  MemoryRequests();
+  ~MemoryRequests();
+  MemoryRequests(const MemoryRequests&) = delete;
+  MemoryRequests& operator=(const MemoryRequests&) = delete;
+
+  int64_t bytes() const { return bytes_; }
+
+ private:
+  friend absl::Status CheckMemory(std::string_view what, int64_t more_bytes);
+
+  MemoryRequests* outer_;
+  int64_t bytes_ = 0;
+};
+
 }  // namespace parallax

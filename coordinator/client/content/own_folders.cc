@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/base/system/log.h"
+#include "common/base/system/memory_budget.h"
 #include "common/image/picture_pair.h"
 #include "worker/assets/files/own_meshes.h"
 #include "worker/materials/pictures/environment_folder.h"
@@ -22,10 +23,11 @@ absl::StatusOr<ContentReport> CheckPictures(const std::string& dir) {
   ASSIGN_OR_RETURN(const std::vector<FolderFile> pictures, ReadPictureFolder(dir));
   ContentReport report{ContentHashOf(pictures), {}, {}};
   for (const FolderFile& picture : pictures) {
+    const MemoryRequests memory;
     // A header says neither what inks a picture has nor whether its data is sound.
     ASSIGN_OR_RETURN(std::vector<std::string> notes, CheckPicture(dir + "/" + picture.name));
     for (const std::string& note : notes) LogWarning("picture", {{"note", note}});
-    report.items.push_back({picture.name, "a picture", std::move(notes)});
+    report.items.push_back({picture.name, "a picture", std::move(notes), memory.bytes()});
   }
   return report;
 }
@@ -56,9 +58,10 @@ absl::StatusOr<ContentReport> CheckMeshes(const std::vector<std::string>& dirs) 
   ASSIGN_OR_RETURN(const OwnMeshes meshes, ReadMeshFolders(dirs));
   ContentReport report{meshes.sha256, {}, {}};
   for (const OwnMesh& mesh : meshes.meshes) {
+    const MemoryRequests memory;
     const auto file = OpenOwnMesh(mesh.asset_class, mesh.seed);
     if (!file.ok()) return WithContext(file.status(), mesh.path);
-    report.items.push_back({mesh.path, TextOf(**file), (*file)->left_out});
+    report.items.push_back({mesh.path, TextOf(**file), (*file)->left_out, memory.bytes()});
   }
   return report;
 }
@@ -67,8 +70,9 @@ absl::StatusOr<ContentReport> CheckTextures(const std::string& dir) {
   ASSIGN_OR_RETURN(const TextureFolder folder, ReadTextureFolder(dir));
   ContentReport report{folder.sha256, {}, folder.left_out};
   for (const TextureSet& set : folder.sets) {
+    const MemoryRequests memory;
     RETURN_IF_ERROR(CheckTextureSet(set));
-    report.items.push_back({set.name, Joined(set.maps), set.left_out});
+    report.items.push_back({set.name, Joined(set.maps), set.left_out, memory.bytes()});
   }
   return report;
 }
@@ -77,11 +81,13 @@ absl::StatusOr<ContentReport> CheckHdris(const std::string& dir) {
   ASSIGN_OR_RETURN(const EnvironmentFolder folder, ReadEnvironmentFolder(dir));
   ContentReport report{folder.sha256, {}, {}};
   for (size_t i = 0; i < folder.seeds.size(); ++i) {
+    const MemoryRequests memory;
     ASSIGN_OR_RETURN(const auto environment, OpenEnvironment(folder.seeds[i]));
     report.items.push_back(
         {folder.names[i],
          fmt::format("surroundings, mean luminance {:.3g}", environment->mean_luminance()),
-         {}});
+         {},
+         memory.bytes()});
   }
   return report;
 }
@@ -140,6 +146,9 @@ absl::StatusOr<std::string> ContentHashes::Of(ContentKind kind,
   if (!report.ok()) {
     known_.erase(entry);
     return report.status();
+  }
+  for (const ContentItem& item : report->items) {
+    if (!largest_ || item.memory_bytes > largest_->memory_bytes) largest_ = item;
   }
   return entry->second = report->sha256;
 }

@@ -1,7 +1,9 @@
 // Checks the user's own folders (pictures, textures, skies, meshes) and hashes their content.
 #pragma once
 
+#include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +19,7 @@ struct ContentItem {
   std::string name;                   // Its file, relative to the folder, or the name of the set.
   std::string text;                   // "12 triangles, 1 x 0.6 x 0.6, paint (colour tex.png)"
   std::vector<std::string> left_out;  // Parts of the file that are not used, and why.
+  int64_t memory_bytes = 0;           // What it takes while it is read; 0 for small ones.
 };
 
 // All that folders of one kind hold.
@@ -39,8 +42,12 @@ class ContentHashes {
   // is found before any work is done. Errors: those of CheckContent.
   absl::StatusOr<std::string> Of(ContentKind kind, const std::vector<std::string>& dirs);
 
+  // The item, among all that Of has read, that takes most memory; nothing before any was read.
+  const std::optional<ContentItem>& largest() const { return largest_; }
+
  private:
   std::map<std::pair<ContentKind, std::vector<std::string>>, std::string> known_;
+  std::optional<ContentItem> largest_;
 };
 
 }  // namespace parallax::client

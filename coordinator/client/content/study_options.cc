@@ -8,6 +8,7 @@
 
 #include "common/base/hash.h"
 #include "common/base/names.h"
+#include "common/base/system/log.h"
 #include "common/base/version.h"
 #include "common/config/check/limits.h"
 #include "common/config/check/rig_counts.h"
@@ -268,6 +269,18 @@ absl::Status HashBenchmark(v1::OwnBenchmark& own, FolderReaders readers) {
   return absl::OkStatus();
 }
 
+// Asks for workers whose memory holds this item, and as much again for what is made of it, beside a
+// scene. Small ones fit wherever a scene does.
+void AskForMemory(const ContentItem& item, v1::StudySpec& study) {
+  constexpr int64_t kSmallMb = 256, kSceneMb = 1024;
+  const int64_t item_mb = 2 * item.memory_bytes >> 20;
+  if (item_mb <= kSmallMb || study.memory_mb() >= kSceneMb + item_mb) return;
+  study.set_memory_mb(std::min(kSceneMb + item_mb, kMaxMemoryMb));
+  LogWarning("study", {{"note", fmt::format("{} takes {} MB while it is read: jobs go to workers "
+                                            "with {} MB or more",
+                                            item.name, item_mb, study.memory_mb())}});
+}
+
 }  // namespace
 
 absl::Status HashContent(v1::StudySpec& study, FolderReaders readers) {
@@ -276,6 +289,7 @@ absl::Status HashContent(v1::StudySpec& study, FolderReaders readers) {
     const absl::Status status = HashContentOf(*variant.mutable_config(), readers, hashes);
     if (!status.ok()) return WithContext(status, "variant " + variant.name());
   }
+  if (hashes.largest()) AskForMemory(*hashes.largest(), study);
   if (!study.has_evaluate()) return absl::OkStatus();
   for (v1::OwnBenchmark& own : *study.mutable_evaluate()->mutable_own_benchmarks()) {
     const absl::Status status = HashBenchmark(own, readers);

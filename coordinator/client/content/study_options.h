@@ -43,9 +43,10 @@ enum class FolderReaders { kOfRun, kOfFarm };
 
 // Hashes and checks the content of each variant's folders and of own benchmarks, and sets
 // pictures_sha256, textures_sha256, hdris_sha256, include_sha256 and sha256. What is not on this
-// machine keeps its hash. Errors: kFailedPrecondition if the content differs from the study's hash;
-// kInvalidArgument if a folder is not here and the study has no hash for it, with what to write for
-// these readers; those of ContentHashes.
+// machine keeps its hash. Content that takes much memory raises the study's memory_mb, with a note,
+// so that its jobs go to workers that can hold it. Errors: kFailedPrecondition if the content
+// differs from the study's hash; kInvalidArgument if a folder is not here and the study has no hash
+// for it, with what to write for these readers; those of ContentHashes.
 absl::Status HashContent(v1::StudySpec& study, FolderReaders readers);
 
 // Returns "3 variants x 5,000 pairs", or the sum if variants differ in size.

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "common/base/system/file.h"
+#include "common/base/system/memory_budget.h"
 
 namespace parallax {
 namespace {
@@ -60,6 +61,10 @@ class Assembler {
     if (triangles < 1 || triangles > kMostTrianglesOfAFile) {
       return InvalidArgument("{} triangles, wanted 1 to {}", triangles, kMostTrianglesOfAFile);
     }
+    // Three corners of their own with all attributes, twice while they are brought together.
+    constexpr int64_t kTriangleBytes = 2 * 3 * (sizeof(Vec3f) * 3 + sizeof(uint32_t));
+    RETURN_IF_ERROR(
+        CheckMemory(fmt::format("a mesh of {} triangles", triangles), triangles * kTriangleBytes));
     const size_t most = std::numeric_limits<uint16_t>::max();
     if (read_.materials.size() <= most) return absl::OkStatus();
     return InvalidArgument("{} materials, wanted at most {}", read_.materials.size(), most);
@@ -191,6 +196,7 @@ absl::StatusOr<MeshFile> ReadMeshFile(const std::string& path) {
   ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
   absl::StatusOr<MeshFile> file = ReadAny(bytes, path);
   if (file.ok()) return file;
+  if (absl::IsResourceExhausted(file.status())) return WithContext(file.status(), "mesh " + path);
   return InvalidArgument("mesh {}: {}", path, ToStd(file.status().message()));
 }
 

@@ -60,6 +60,18 @@ TEST_F(MemoryBudget, WhatDoesNotFitIsRefusedWithAllNumbers) {
   EXPECT_FALSE(CheckMemory("a mesh", int64_t{4000} << 20).ok());
 }
 
+TEST_F(MemoryBudget, RequestsAddUpAndReachTheOuterSum) {
+  const MemoryRequests all;
+  EXPECT_TRUE(CheckMemory("a picture", 10).ok());
+  {
+    const MemoryRequests inner;
+    EXPECT_FALSE(CheckMemory("another", INT64_MAX / 2).ok());  // What does not fit counts too.
+    EXPECT_EQ(inner.bytes(), INT64_MAX / 2);
+    EXPECT_EQ(all.bytes(), 10);
+  }
+  EXPECT_EQ(all.bytes(), 10 + INT64_MAX / 2);
+}
+
 TEST_F(MemoryBudget, TheDefaultIsTheMachinesAndAnyRequestIsBounded) {
   SetMemoryLimit(-5);
   EXPECT_GT(MemoryLimit(), int64_t{100} << 20);

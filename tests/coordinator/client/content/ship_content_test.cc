@@ -35,6 +35,27 @@ TEST(NameOwnCopies, ListsOfAStoreBecomeThePathsTheyStandFor) {
   EXPECT_FALSE(config.has_materials());
 }
 
+// Returns memory_mb of a study whose only texture is a square of `side_px`.
+int64_t MemoryForTexture(int side_px) {
+  std::string dir = testing::TempDir() + "/large_texture_XXXXXX";
+  if (mkdtemp(dir.data()) == nullptr) return -1;
+  v1::StudySpec study;
+  study.set_memory_mb(64);
+  study.add_variants()->mutable_config()->mutable_materials()->set_texture_dir(dir.substr(1));
+  const bool written =
+      WriteFile(dir + "/brick_albedo.png", *EncodePng(ImageRgb8(side_px, side_px))).ok();
+  const absl::Status status = HashContent(study, FolderReaders::kOfFarm);
+  EXPECT_TRUE(written && status.ok()) << status;
+  fs::remove_all(dir);
+  return study.memory_mb();
+}
+
+TEST(HashContent, LargeTexturesAskForWorkersThatHoldThem) {
+  EXPECT_EQ(MemoryForTexture(64), 64);
+  // Three bytes a pixel, twice, beside a scene.
+  EXPECT_GE(MemoryForTexture(8000), 1024 + 2 * 3 * 8000 * 8000 / (1 << 20));
+}
+
 // A folder with a pair in Middlebury's layout and a list that names its files from elsewhere.
 class OwnBenchmarkTest : public ::testing::Test {
  protected:

@@ -259,6 +259,26 @@ void AddSeedNotes(ResultTable& table) {
   }
 }
 
+// Says which differences each benchmark could have shown: the median over its comparisons.
+void AddPowerNotes(ResultTable& table) {
+  for (const std::string& benchmark : table.benchmarks) {
+    std::vector<double> least;
+    const TableComparison* any = nullptr;
+    for (const TableComparison& one : table.comparisons) {
+      if (one.benchmark != benchmark || !one.comparison.least_difference) continue;
+      least.push_back(*one.comparison.least_difference);
+      any = &one;
+    }
+    if (least.empty()) continue;
+    const auto middle = least.begin() + static_cast<std::ptrdiff_t>(least.size() / 2);
+    std::nth_element(least.begin(), middle, least.end());
+    table.notes.push_back(fmt::format(
+        "{}: with {} seeds and {} pairs, differences of {} from {:.2f} are significant 80 of 100 "
+        "times.",
+        benchmark, any->comparison.seeds, any->comparison.images, any->metric, *middle));
+  }
+}
+
 void AddNotes(ResultTable& table) {
   std::set<std::string> told;
   bool single_seed = false;
@@ -277,6 +297,7 @@ void AddNotes(ResultTable& table) {
     }
   }
   AddSeedNotes(table);
+  AddPowerNotes(table);
   if (single_seed) {
     table.notes.push_back(
         "Rows with one seed: the spread between seeds is not known, so no difference is "

@@ -70,19 +70,6 @@ std::vector<std::vector<double>> Linearised(const FigureTable& table) {
   return cells;
 }
 
-// Variance of one figure for each source, in a table of seeds and images.
-// Source: two-way analysis of variance with random effects and one observation a cell.
-struct Components {
-  double seeds = 0, images = 0, rest = 0;
-  size_t seed_count = 0, image_count = 0;
-
-  double SeedPart(double seeds_wanted) const { return seeds / seeds_wanted; }
-  double ImagePart() const { return images / static_cast<double>(image_count); }
-  double Rest(double seeds_wanted) const {
-    return rest / (seeds_wanted * static_cast<double>(image_count));
-  }
-};
-
 double MeanOf(const std::vector<double>& values) {
   double mean = 0;
   for (const double value : values) mean += value / static_cast<double>(values.size());
@@ -113,7 +100,7 @@ Means MeansOf(const std::vector<std::vector<double>>& cells) {
   return means;
 }
 
-Components ComponentsOf(const std::vector<std::vector<double>>& cells) {
+DifferenceSpread SpreadOf(const std::vector<std::vector<double>>& cells) {
   const auto seeds = static_cast<double>(cells.size());
   const auto images = static_cast<double>(cells[0].size());
   const Means means = MeansOf(cells);
@@ -125,7 +112,7 @@ Components ComponentsOf(const std::vector<std::vector<double>>& cells) {
       squares += left * left;
     }
   }
-  Components out{.seed_count = cells.size(), .image_count = cells[0].size()};
+  DifferenceSpread out;
   out.rest = seeds > 1 && images > 1 ? squares / ((seeds - 1) * (images - 1)) : 0;
   out.seeds = std::max(0.0, Variance(means.seeds) - out.rest / images);
   out.images = std::max(0.0, Variance(means.images) - out.rest / seeds);
@@ -160,20 +147,43 @@ double HalfLength(const std::vector<double>& replicates,
   return QuantileFor(confidence, degrees) * deviation;
 }
 
+// The distribution of a difference's mean, and half the length of its interval.
+struct DifferenceOfMeans {
+  double deviation = 0, degrees = 0, half = 0;
+};
+
+DifferenceOfMeans MeansWith(const DifferenceSpread& spread, int seeds, int images,
+                            double confidence) {
+  const double by_seeds = spread.seeds / seeds, by_images = spread.images / images;
+  const double rest = spread.rest / (static_cast<double>(seeds) * images);
+  DifferenceOfMeans means{
+      .deviation = std::sqrt(by_seeds + by_images + rest),
+      .degrees = DegreesOfFreedom(by_seeds + rest, seeds, by_images + rest, images)};
+  // Drawing both seeds and images counts what is left three times (Owen 2007).
+  means.half = QuantileFor(confidence, means.degrees) * std::sqrt(by_seeds + by_images + 3 * rest);
+  return means;
+}
+
 // The smallest number of seeds with which a difference of this size would leave 0 outside of its
 // interval, other things equal.
-std::optional<int> SeedsToTell(double difference, const Components& parts, double confidence) {
-  for (int seeds = static_cast<int>(parts.seed_count) + 1; seeds <= kMostSeeds; ++seeds) {
-    const double by_seeds = parts.SeedPart(seeds) + parts.Rest(seeds);
-    const double variance = by_seeds + parts.ImagePart();
-    const double degrees = DegreesOfFreedom(by_seeds, seeds, parts.ImagePart() + parts.Rest(seeds),
-                                            static_cast<double>(parts.image_count));
-    if (std::abs(difference) > QuantileFor(confidence, degrees) * std::sqrt(variance)) return seeds;
+std::optional<int> SeedsToTell(double difference, const DifferenceSpread& spread, int seeds,
+                               int images, double confidence) {
+  for (int wanted = seeds + 1; wanted <= kMostSeeds; ++wanted) {
+    if (std::abs(difference) > MeansWith(spread, wanted, images, confidence).half) return wanted;
   }
   return std::nullopt;
 }
 
 }  // namespace
+
+std::optional<double> LeastDifference(const DifferenceSpread& spread, int seeds, int images,
+                                      double confidence) {
+  if (seeds < 2 || images < 2) return std::nullopt;
+  constexpr double kPower = 0.8;
+  const DifferenceOfMeans means = MeansWith(spread, seeds, images, confidence);
+  const double beyond = QuantileFor(2 * kPower - 1, means.degrees);  // On one side.
+  return means.half + beyond * means.deviation;
+}
 
 double MeanFigure(const FigureTable& table) {
   return WeightedFigure(table, std::vector<double>(table.size(), 1),
@@ -233,7 +243,12 @@ absl::StatusOr<Comparison> ComparePaired(const FigureTable& a, const FigureTable
   Comparison comparison{.difference = {.value = value, .low = value - half, .high = value + half},
                         .seeds = static_cast<int>(a.size()),
                         .images = static_cast<int>(a[0].size()),
-                        .seeds_spread_unknown = seeded && a.size() < 2};
+                        .seeds_spread_unknown = seeded && a.size() < 2,
+                        .spread = SpreadOf(cells)};
+  if (seeded) {
+    comparison.least_difference =
+        LeastDifference(comparison.spread, comparison.seeds, comparison.images, options.confidence);
+  }
   const bool differs = std::abs(value) > kRounding * std::abs(MeanFigure(b));
   const bool repeated = a.size() > 1 || a[0].size() > 1;
   const bool can_tell = differs && repeated && !comparison.seeds_spread_unknown;
@@ -242,7 +257,8 @@ absl::StatusOr<Comparison> ComparePaired(const FigureTable& a, const FigureTable
   } else if (can_tell && comparison.difference.low > 0) {
     comparison.verdict = Verdict::kWorse;
   } else if (seeded && a.size() > 1 && differs) {
-    const std::optional<int> wanted = SeedsToTell(value, ComponentsOf(cells), options.confidence);
+    const std::optional<int> wanted = SeedsToTell(value, comparison.spread, comparison.seeds,
+                                                  comparison.images, options.confidence);
     if (wanted) comparison.more_seeds = *wanted - comparison.seeds;
   }
   return comparison;

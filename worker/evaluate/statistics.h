@@ -51,6 +51,19 @@ absl::StatusOr<Interval> BootstrapFigure(const FigureTable& table, const Bootstr
 enum class Verdict { kBetter, kWorse, kNotSignificant };
 std::string VerdictName(Verdict verdict);  // "better", "worse", "not significant"
 
+// Variances of a paired difference, by source: of the mean of S seeds and I images,
+// seeds / S + images / I + rest / (S I).   Source: two-way analysis of variance with random effects
+// and one observation a cell.
+struct DifferenceSpread {
+  double seeds = 0, images = 0, rest = 0;
+};
+
+// Returns the least difference that is significant in 80 of 100 repetitions of a comparison with
+// these numbers of seeds and images; nothing for fewer than two of either, whose spread is unknown.
+// Source: Cohen, "Statistical power analysis for the behavioral sciences", 2nd ed., 2.
+std::optional<double> LeastDifference(const DifferenceSpread& spread, int seeds, int images,
+                                      double confidence);
+
 // The difference of two rows.
 struct Comparison {
   Interval difference;  // Interval of a - b; below 0: a is better, because all figures are errors.
@@ -61,6 +74,8 @@ struct Comparison {
   // For kNotSignificant: seeds to add until a difference of this size would be significant, if at
   // most kMostSeeds; absent when more seeds alone would not do, or their spread is unknown.
   std::optional<int> more_seeds;
+  DifferenceSpread spread;
+  std::optional<double> least_difference;  // LeastDifference of this comparison.
 };
 
 inline constexpr int kMostSeeds = 1000;

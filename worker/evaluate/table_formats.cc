@@ -260,7 +260,8 @@ Json ComparisonJson(const TableComparison& one) {
           {"verdict", VerdictName(c.verdict)},
           {"seeds", c.seeds},
           {"pairs", c.images},
-          {"more_seeds", c.more_seeds ? Json(*c.more_seeds) : Json()}};
+          {"more_seeds", c.more_seeds ? Json(*c.more_seeds) : Json()},
+          {"least_difference", c.least_difference ? Json(*c.least_difference) : Json()}};
 }
 
 std::string JsonText(const ResultTable& table) {

@@ -241,7 +241,7 @@ void AddContentCommand(Registry& registry, CLI::App& parent, const ContentComman
   });
 }
 
-absl::StatusOr<ExitCode> List(Session& session) {
+absl::StatusOr<ExitCode> ListConfigs(Session& session) {
   if (session.options.json) {
     session.PrintJson({{"studies", BuiltinStudies()}, {"scenes", BuiltinSceneConfigs()}});
     return kExitOk;
@@ -310,7 +310,7 @@ void RegisterConfig(Registry& registry) {
       camera, [camera_options](Session& session) { return Camera(*camera_options, session); });
   CLI::App* list = registry.AddCommand(*config, "list", "Names of the built-in studies and scenes");
   registry.AddJsonOption(list);
-  registry.SetAction(list, List);
+  registry.SetAction(list, ListConfigs);
 }
 
 }  // namespace parallax::client

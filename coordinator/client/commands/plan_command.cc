@@ -1,5 +1,8 @@
 // plan: what a study will take, before it is submitted.
+#include <fmt/core.h>
+
 #include <istream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "common/base/system/cores.h"
@@ -8,6 +11,7 @@
 #include "coordinator/client/content/machine_check.h"
 #include "coordinator/client/content/study_options.h"
 #include "coordinator/client/runs/plan.h"
+#include "coordinator/client/runs/plan_power.h"
 #include "coordinator/client/runs/shared_store.h"
 #include "coordinator/client/runs/submit_study.h"
 #include "coordinator/client/views/text.h"
@@ -42,7 +46,19 @@ Json RowJson(const PlanRow& row) {
           {"disk_bytes", row.disk_bytes}};
 }
 
-Json PlanJson(const v1::StudySpec& study, const StudyPlan& plan, int cores) {
+// What the study can tell, and what it could with `more_seeds` in all.
+struct Power {
+  std::vector<BenchmarkPower> planned, more;
+  int more_seeds = 0;
+};
+
+Power PowerOfStudy(const v1::StudySpec& study, const BenchmarkSizes& own,
+                   const std::map<std::string, DifferenceSpread>& spreads) {
+  const int more_seeds = std::max(study.train().seeds() + 1, study.train().seeds() * 3 / 2);
+  return {PowerOf(study, own, spreads), PowerOf(study, own, spreads, more_seeds), more_seeds};
+}
+
+Json PlanJson(const v1::StudySpec& study, const StudyPlan& plan, const Power& power, int cores) {
   Json json = {{"name", study.name()}, {"variants", Json::array()}};
   for (const PlanRow& row : plan.rows) json["variants"].push_back(RowJson(row));
   json["total"] = RowJson(plan.total);
@@ -61,6 +77,14 @@ Json PlanJson(const v1::StudySpec& study, const StudyPlan& plan, int cores) {
   json["core_hours"] = (plan.total.solve_core_s + plan.total.render_core_s + training.train_core_s +
                         training.evaluate_core_s) /
                        3600;
+  json["power"] = Json::array();
+  for (const BenchmarkPower& one : power.planned) {
+    json["power"].push_back({{"benchmark", one.benchmark},
+                             {"pairs", one.pairs},
+                             {"seeds", study.train().seeds()},
+                             {"least_difference", one.least_difference},
+                             {"measured_here", one.measured_here}});
+  }
   json["cores"] = cores;
   json["wall_clock_s"] = WallClockS(plan, cores);
   json["disk_bytes"] = plan.total.disk_bytes;
@@ -85,7 +109,29 @@ void PrintTraining(const v1::StudySpec& study, const TrainingPlan& plan, const T
   }
 }
 
-void PrintPlan(const v1::StudySpec& study, const StudyPlan& plan, int cores,
+void PrintPower(const v1::StudySpec& study, const StudyPlan& plan, const Power& power,
+                const Terminal& out) {
+  const int seeds = study.train().seeds();
+  const double trained_s = plan.training.train_core_s + plan.training.evaluate_core_s;
+  const double made_s = plan.total.solve_core_s + plan.total.render_core_s;
+  const auto hours = [&](int with) { return Hours(made_s + trained_s * with / seeds); };
+  for (size_t i = 0; i < power.more.size(); ++i) {
+    const BenchmarkPower& more = power.more[i];
+    *out.stream << "Significant on " << more.benchmark << " (" << Plural(more.pairs, "pair")
+                << ", 80 of 100 times): ";
+    if (!power.planned.empty()) {
+      *out.stream << fmt::format(
+          "differences of bad-2 from {:.1f} points with {} ({} core-hours), ",
+          power.planned[i].least_difference, Plural(seeds, "seed"), hours(seeds));
+    } else {
+      *out.stream << "no difference with one seed, ";
+    }
+    *out.stream << fmt::format("{:.1f} with {} ({})\n", more.least_difference, power.more_seeds,
+                               hours(power.more_seeds));
+  }
+}
+
+void PrintPlan(const v1::StudySpec& study, const StudyPlan& plan, const Power& power, int cores,
                const Session& session) {
   const Terminal& out = session.out();
   *out.stream << out.Paint(Tone::kBold, study.name()) << ": " << DescribeSize(study) << "\n";
@@ -107,6 +153,7 @@ void PrintPlan(const v1::StudySpec& study, const StudyPlan& plan, int cores,
   if (plan.rows.size() > 1) add(plan.total);
   table.Print(out, 2);
   PrintTraining(study, plan.training, out);
+  PrintPower(study, plan, power, out);
   *out.stream << "Scenes to solve: " << FormatCount(plan.solves) << " ("
               << FormatCount(plan.solves_without_sharing - plan.solves) << " of "
               << FormatCount(plan.solves_without_sharing) << " solves saved by sharing)\n"
@@ -136,10 +183,14 @@ absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
   ASSIGN_OR_RETURN(v1::StudySpec study, ResolveStudy(options.study));
   RETURN_IF_ERROR(HashContent(study, FolderReaders::kOfFarm));
   double factor = 1;
+  std::map<std::string, DifferenceSpread> spreads;
   if (!options.from.empty()) {
     ASSIGN_OR_RETURN(factor, ReadMeasuredFactor(options.from));
+    ASSIGN_OR_RETURN(spreads, ReadSpreads(options.from));
   }
-  ASSIGN_OR_RETURN(StudyPlan plan, PlanStudy(study, factor));
+  ASSIGN_OR_RETURN(const BenchmarkSizes own, SizesOfOwnBenchmarks(study));
+  ASSIGN_OR_RETURN(StudyPlan plan, PlanStudy(study, factor, own));
+  const Power power = PowerOfStudy(study, own, spreads);
   plan.costs_from = options.from.empty()
                         ? "measured with the generator's benchmarks on one machine; --from DIR "
                           "takes those of your own pairs"
@@ -149,11 +200,11 @@ absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
   const std::vector<std::string> missing =
       WhatIsMissing(study, options.study.study, options.machine);
   if (!json) {
-    PrintPlan(study, plan, options.cores, session);
+    PrintPlan(study, plan, power, options.cores, session);
     PrintMissing(missing, session);
   }
   const bool submit = json ? options.yes : Ask(options, session);
-  Json printed = PlanJson(study, plan, options.cores);
+  Json printed = PlanJson(study, plan, power, options.cores);
   printed["missing"] = missing;
   if (submit) {
     ASSIGN_OR_RETURN(const auto connection, session.Connect());
@@ -186,7 +237,10 @@ void RegisterPlan(Registry& registry) {
   command->group(kLocalCommands);
   auto options = std::make_shared<PlanOptions>();
   AddStudyOptions(*command, options->study);
-  command->add_option("--from", options->from, "A dataset whose pairs tell what pairs cost here")
+  command
+      ->add_option(
+          "--from", options->from,
+          "A dataset whose pairs and scores say what pairs cost here, and how scores spread")
       ->type_name("DIR");
   command
       ->add_option("--cores", options->cores,

@@ -115,7 +115,7 @@ double ScoringSeconds(const v1::StudySpec& study) {
   return mpx * study.train().seeds() * kMeasuredCosts.evaluate_s_per_mpx;
 }
 
-TrainingPlan PlanTraining(const v1::StudySpec& study, double factor) {
+TrainingPlan PlanTraining(const v1::StudySpec& study, double factor, const BenchmarkSizes& own) {
   TrainingPlan plan;
   const v1::TrainSpec& train = study.train();
   plan.trainings = static_cast<int64_t>(TrainingSetsOf(study).size()) * train.seeds();
@@ -133,13 +133,13 @@ TrainingPlan PlanTraining(const v1::StudySpec& study, double factor) {
     mpx +=
         static_cast<double>(evaluate.heldout_pairs()) * SeenMpx(rigs.width_px(), rigs.height_px());
   }
-  for (const std::string& benchmark : evaluate.benchmarks()) {
-    const BenchmarkSize size = SizeOfBenchmark(benchmark);
+  const auto see = [&](const BenchmarkSize& size) {
     const int64_t pairs =
         evaluate.max_pairs() > 0 ? std::min<int64_t>(size.pairs, evaluate.max_pairs()) : size.pairs;
     mpx += static_cast<double>(pairs) * SeenMpx(size.width_px, size.height_px);
-  }
-  // Own pairs are counted and not priced: their pictures are not looked at here.
+  };
+  for (const std::string& benchmark : evaluate.benchmarks()) see(SizeOfBenchmark(benchmark));
+  for (const auto& [name, size] : own) see(size);
   plan.evaluations = predictors * (evaluate.benchmarks_size() + evaluate.own_benchmarks_size() +
                                    (WantsHeldout(study) ? 1 : 0));
   plan.evaluate_core_s =
@@ -159,7 +159,8 @@ double SeenMpx(int width_px, int height_px) {
   return mpx * (1 + second * second);
 }
 
-absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor) {
+absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor,
+                                    const BenchmarkSizes& own) {
   StudyPlan plan;
   plan.factor = factor;
   // Scenes 0..n-1 asked for so far, by what they depend on.
@@ -204,7 +205,7 @@ absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor) {
   for (const auto& [of, count] : layouts) {
     plan.max_solves_per_seed = std::max(plan.max_solves_per_seed, ++layouts_of_seed[of.first]);
   }
-  plan.training = PlanTraining(study, factor);
+  plan.training = PlanTraining(study, factor, own);
   plan.total.name = "total";
   return plan;
 }

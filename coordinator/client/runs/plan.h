@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -61,22 +62,25 @@ struct StudyPlan {
   std::string costs_from;
 };
 
-// Plans the study. A variant's row counts the work that it does not share with earlier variants.
-// Rejected seeds, which cost a few percent more, are left out. `factor` scales all times. Errors:
-// kInvalidArgument for an unknown render profile.
-absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor);
-
-// Returns the seconds that the plan takes on `cores` cores (at least 1) of one machine or many. All
-// cores are busy, except during the last scene, whose room is solved on one core.
-double WallClockS(const StudyPlan& plan, int cores);
-
-// The number of a benchmark's pairs, and the size of a typical picture as networks get it. Zeros
-// for an unknown benchmark.
+// The number of a benchmark's pairs, and the size of a typical picture as networks get it.
 struct BenchmarkSize {
   int64_t pairs = 0;
   int width_px = 0, height_px = 0;
 };
+using BenchmarkSizes = std::map<std::string, BenchmarkSize>;  // By the benchmark's name.
+// Returns the size of a public benchmark; zeros for an unknown one.
 BenchmarkSize SizeOfBenchmark(const std::string& name);
+
+// Plans the study. A variant's row counts the work that it does not share with earlier variants.
+// Rejected seeds, which cost a few percent more, are left out. `factor` scales all times. `own` are
+// the sizes of the study's own benchmarks; those without one are counted and not priced. Errors:
+// kInvalidArgument for an unknown render profile.
+absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor,
+                                    const BenchmarkSizes& own = {});
+
+// Returns the seconds that the plan takes on `cores` cores (at least 1) of one machine or many. All
+// cores are busy, except during the last scene, whose room is solved on one core.
+double WallClockS(const StudyPlan& plan, int cores);
 
 // Returns the megapixels that the built-in network sees of one image of such a pair, in both looks
 // together (worker/train/trained_predictor.h). Assumes the largest second look; near surfaces make

@@ -135,11 +135,16 @@ TEST(Table, ACellTellsItsOwnSeeds) {
               ::testing::Contains("kitti2015: fewer seeds than on other benchmarks for rows "
                                   "default (2 of 3), narrow (1 of 3)."));
   EXPECT_THAT(table->notes, ::testing::Contains(HasSubstr("one seed")));
+  EXPECT_THAT(table->notes,
+              ::testing::Contains(HasSubstr("eth3d: with 3 seeds and 3 pairs, differences of ")));
   const Json json = Json::parse(*FormatTable(*table, "json"));
   EXPECT_EQ(json["rows"][1]["seeds"], 3);
   EXPECT_EQ(json["rows"][1]["benchmarks"]["eth3d"]["seeds"], 3);
   EXPECT_EQ(json["rows"][1]["benchmarks"]["kitti2015"]["seeds"], 1);
   EXPECT_EQ(json["rows"][2]["benchmarks"]["eth3d"]["seeds"], 0);
+  for (const Json& one : json["comparisons"]) {
+    EXPECT_EQ(one["least_difference"].is_number(), one["seeds"] > 1 && one["pairs"] > 1) << one;
+  }
   EXPECT_THAT(*FormatTable(*table, "csv"), HasSubstr(",not significant,1\n"));
   EXPECT_THAT(*FormatTable(*table, "markdown"), HasSubstr("| narrow | builtin | 1 | 11.00 ["));
 }

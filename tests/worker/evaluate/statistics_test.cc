@@ -205,6 +205,32 @@ TEST(Compare, SaysHowManyMoreSeedsWouldTell) {
   EXPECT_EQ(*comparison->more_seeds, 15);
 }
 
+// Differences of the size that LeastDifference names are significant in 80 of 100 studies. Counts
+// are of 400: three standard deviations of a binomial at 80 % are 6 %.
+TEST(Compare, TheLeastDifferenceIsFoundInEightyOfAHundredStudies) {
+  const Spread spread{0, 1.5, 4, 3};
+  constexpr int kSeeds = 5, kImages = 30, kStudies = 400;
+  const auto least =
+      LeastDifference({.seeds = 1.5 * 1.5, .images = 16, .rest = 9}, kSeeds, kImages, 0.95);
+  ASSERT_TRUE(least.has_value());
+  Rng rng(SceneSeed{13}, "power");
+  const FigureTable b = Means({kSeeds, std::vector<double>(kImages, 20)});
+  int found = 0;
+  double mean_least = 0;
+  for (int i = 0; i < kStudies; ++i) {
+    Spread shifted = spread;
+    shifted.mean = 20 + *least;
+    const auto comparison = ComparePaired(Simulate(shifted, kSeeds, kImages, rng), b, true,
+                                          {.replicates = 200, .seed = static_cast<uint64_t>(i)});
+    found += comparison->verdict == Verdict::kWorse;
+    mean_least += *comparison->least_difference / kStudies;
+  }
+  EXPECT_NEAR(100.0 * found / kStudies, 80, 8);
+  EXPECT_NEAR(mean_least, *least, 0.15 * *least);
+  EXPECT_EQ(LeastDifference({1, 1, 1}, 1, 30, 0.95), std::nullopt);
+  EXPECT_LT(*LeastDifference({1, 1, 1}, 12, 30, 0.95), *LeastDifference({1, 1, 1}, 3, 30, 0.95));
+}
+
 TEST(Compare, MoreSeedsDoNotHelpWhereImagesDisagree) {
   // Better by 9 on half of the images, worse by 10 on the others, alike for all seeds.
   const FigureTable b = Means({{20, 20, 20, 20}, {21, 21, 21, 21}});

@@ -8,9 +8,12 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/base/system/file.h"
 #include "common/config/catalogue_names.h"
 #include "common/config/config.h"
 #include "common/config/training_plan.h"
+#include "common/image/io.h"
+#include "coordinator/client/runs/plan_power.h"
 #include "worker/render/paths/profiles.h"
 #include "worker/scene/types/indoor/indoor.h"
 #include "worker/scene/types/nature/nature.h"
@@ -101,6 +104,51 @@ TEST(Plan, VariantsOfOtherSeedsShareNothing) {
   EXPECT_EQ(RowOf(plan, "other").pairs_shared, 0);
   EXPECT_EQ(RowOf(plan, "other").layouts_shared, 0);
   EXPECT_EQ(plan.max_solves_per_seed, 1) << "of one seed";
+}
+
+TEST(Plan, SaysWhichDifferencesAreSignificant) {
+  v1::StudySpec study = LoadStudy("table1").value();
+  study.mutable_train()->set_seeds(3);
+  study.mutable_evaluate()->add_benchmarks("eth3d");
+  study.mutable_evaluate()->add_benchmarks("shipped");  // One pair says nothing of others.
+  ResolveTraining(&study);
+  const auto powers = PowerOf(study, {{"mine", {30, 640, 480}}}, {{"mine", {1, 1, 1}}});
+  ASSERT_EQ(powers.size(), 2u);
+  EXPECT_EQ(powers[0].benchmark, "eth3d");
+  EXPECT_EQ(powers[0].pairs, 27);
+  EXPECT_FALSE(powers[0].measured_here);
+  EXPECT_EQ(powers[1].benchmark, "mine");
+  EXPECT_TRUE(powers[1].measured_here);
+  EXPECT_EQ(powers[1].least_difference, *LeastDifference({1, 1, 1}, 3, 30, 0.95));
+  EXPECT_LT(PowerOf(study, {}, {}, 12)[0].least_difference, powers[0].least_difference);
+  EXPECT_TRUE(PowerOf(study, {}, {}, 1).empty());
+}
+
+TEST(Plan, OwnPairsAreCountedAndPriced) {
+  std::string dir = testing::TempDir() + "/plan_own_XXXXXX";
+  ASSERT_NE(mkdtemp(dir.data()), nullptr);
+  const std::string pair = dir + "/real/yard/";
+  fs::create_directories(pair);
+  for (const char* file : {"im0.png", "im1.png"}) {
+    ASSERT_TRUE(WriteFile(pair + file, *EncodePng(ImageRgb8(40, 30))).ok());
+  }
+  ImageF truth(40, 30);
+  truth.values().assign(truth.pixels(), 3.0f);
+  ASSERT_TRUE(WritePfm(pair + "disp0GT.pfm", truth).ok());
+  auto study = ParseStudy(
+      "study: s\npairs: 1\nvariants: [{name: a}, {name: b}]\ntrain: {}\nevaluate:\n"
+      "  benchmarks: [{name: yard, folder: real}]\n",
+      dir + "/s.yaml");
+  ASSERT_TRUE(study.ok()) << study.status();
+  const auto sizes = SizesOfOwnBenchmarks(*study);
+  ASSERT_TRUE(sizes.ok()) << sizes.status();
+  ASSERT_EQ(sizes->size(), 1u);
+  EXPECT_EQ(sizes->at("yard").pairs, 1);
+  EXPECT_EQ(sizes->at("yard").width_px, 40);
+  EXPECT_GT(PlanStudy(*study, 1, *sizes)->training.evaluate_core_s,
+            PlanStudy(*study, 1)->training.evaluate_core_s);
+  fs::remove_all(dir);
+  EXPECT_TRUE(SizesOfOwnBenchmarks(*study)->empty());
 }
 
 TEST(Plan, TrainingsAndEvaluationsHaveTheirPrice) {

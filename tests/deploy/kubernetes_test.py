@@ -4,6 +4,7 @@ what kustomize makes of all components together.
 
 kubernetes_test.py SOURCE_DIR     status 77: the schemas (PyPI: kubernetes-validate) or kubectl are not installed"""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -12,7 +13,8 @@ from pathlib import Path
 
 import yaml
 
-FOLDER = Path(sys.argv[1]) / "deploy/kubernetes"
+ROOT = Path(sys.argv[1])
+FOLDER = ROOT / "deploy/kubernetes"
 NEWEST, OLDEST = "1.37", "1.29"
 # Kinds that operators bring; the schemas know nothing of them.
 OPERATORS = ("keda.sh/", "cert-manager.io/", "monitoring.coreos.com/")
@@ -88,6 +90,11 @@ def disagreements():
         yield f"workers are killed before their grace of {grace_s} s is over"
 
 
+def project_version():
+    text = (ROOT / "CMakeLists.txt").read_text()
+    return re.search(r"^project\(parallax VERSION (\S+)", text, re.MULTILINE).group(1)
+
+
 def farm_errors(objects):
     found = {(document["kind"], document["metadata"]["name"]): document for document in objects}
     secrets = {found[key]["spec"]["secretName"] for key in found if key[0] == "Certificate"}
@@ -98,7 +105,7 @@ def farm_errors(objects):
         names = {source["secret"].get("name", source["secret"].get("secretName")) for source in sources}
         if not names & secrets:
             yield f"{name}: no Certificate makes one of its secrets {sorted(names)}"
-        if pod["containers"][0]["image"] != "registry.example/parallax:0.2.0":
+        if pod["containers"][0]["image"] != f"registry.example/parallax:{project_version()}":
             yield f"{name}: the farm's registry is not named in its image"
     credentials = found["ServiceMonitor", "parallax"]["spec"]["endpoints"][0]["authorization"]["credentials"]
     if credentials["name"] != "coordinator-token":

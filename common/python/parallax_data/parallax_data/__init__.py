@@ -22,4 +22,4 @@ __all__ = [
     "CLEARNESS", "Flow", "Frame", "Layers", "Pair", "ParallaxDataset", "read_depth", "read_disparity", "read_flow", "read_normals",
     "SKY", "EXTERIOR", "TRANSPARENT", "MIRROR", "MIXED", "VEILED",
 ]
-__version__ = "0.2.0"
+__version__ = "0.3.0"

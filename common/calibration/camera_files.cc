@@ -144,7 +144,7 @@ class RealSense {
     return entries;
   }
 
-  // Where the first of `streams` stands in an entry's name; npos if none does.
+  // The place of the first of `streams` in an entry's name; npos if none does.
   static size_t PlaceIn(const std::string& word, const StreamNames& streams) {
     for (const std::string_view stream : streams) {
       const size_t at = word.find(stream);

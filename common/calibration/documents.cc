@@ -87,7 +87,7 @@ class YamlFlattener {
   size_t bytes_ = 0;  // Counted so far.
 };
 
-// Elements right below the root are fields; what stands in an element <data> of theirs is their
+// Elements right below the root are fields; what is in an element <data> of theirs is their
 // value, where they have one.
 class XmlReader {
  public:

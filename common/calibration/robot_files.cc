@@ -104,7 +104,7 @@ absl::StatusOr<Eye> KalibrEye(const Fields& fields, const std::string& at) {
   return eye;
 }
 
-// The index of the entry of `cameraData` for a socket; -1 if there is none.
+// The index of the entry of `cameraData` for a socket; -1 if none exists.
 int OakEntry(const Fields& fields, const std::string& socket) {
   for (int i = 0; fields.Has(fmt::format("cameraData[{}][0]", i)); ++i) {
     if (fields.Text(fmt::format("cameraData[{}][0]", i)) == socket) return i;

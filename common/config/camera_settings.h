@@ -11,7 +11,7 @@ namespace parallax::config_internal {
 
 // As YamlReader::Merge of a scene config, which `node` is, with what rigs.camera says:
 // - A preset or calibration replaces the camera, size and baseline that `config` has, and a preset
-//   with a projector that, too; what stands beside it in `node` wins. The calibration is looked for
+//   with a projector that, too; what is beside it in `node` wins. The calibration is looked for
 //   relative to the reader's file. One that has calibration_sha256 and fx_px beside it is resolved
 //   already: nothing is read.
 // - A focal length takes the place of rigs.horizontal_fov_deg, which is cleared unless `node` has

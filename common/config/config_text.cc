@@ -52,7 +52,7 @@ absl::StatusOr<ConfigText> ReadBuiltin(const std::string& name) {
                     std::string(builtin->text)};
 }
 
-// The file at `path`, or the built-in `folder`/`name`.yaml if there is none.
+// The file at `path`, or the built-in `folder`/`name`.yaml if none exists.
 absl::StatusOr<ConfigText> ReadFileOrBuiltin(const std::string& path, const std::string& folder,
                                              const std::string& name) {
   if (IsFile(path)) {

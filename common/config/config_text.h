@@ -16,12 +16,12 @@ struct ConfigText {
   std::string text;
 };
 
-// Returns the built-in file of this name ("studies/table1.yaml"); null if there is none.
+// Returns the built-in file of this name ("studies/table1.yaml"); null if none exists.
 const BuiltinFile* FindBuiltin(std::string_view name);
 // Returns the names of the built-in files in `folder` ("studies/"), without ending, sorted.
 std::vector<std::string> BuiltinNames(std::string_view folder);
 
-// Reads the file at `path` or, if there is none, the built-in `folder`/`path`.yaml. Errors:
+// Reads the file at `path` or, if none exists, the built-in `folder`/`path`.yaml. Errors:
 // kNotFound with the name that was probably meant, of a file beside it or of a built-in one, and
 // all built-in names; those of ReadFile.
 absl::StatusOr<ConfigText> ReadConfigText(const std::string& path, const std::string& folder);

@@ -106,7 +106,7 @@ absl::StatusOr<PicturePair> ReadPicturePair(const std::string& left, const std::
 namespace picture_internal {
 namespace {
 
-// Takes a number of the header, and the blanks and comments before it; -1 where there is none.
+// Takes a number of the header, and the blanks and comments before it; -1 where none exists.
 int TakeNumber(std::string_view& bytes) {
   constexpr std::string_view kBlanks = " \t\r\n\v\f";
   for (;;) {

@@ -28,7 +28,7 @@ inline bool HasMotion(const v1::Scene& scene) {
   return false;
 }
 
-// Where a rig stands among the others of its scene. Places in Scene.rigs; -1: none exists.
+// The place of a rig among the others of its scene. Places in Scene.rigs; -1: none exists.
 struct RigPlace {
   int left = -1;  // The first rig with the same left eye: itself, unless it shares one.
   int previous = -1, next = -1;  // On its way, with the right eye of the same place among those

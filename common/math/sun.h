@@ -1,4 +1,4 @@
-// Where the sun of a recipe stands. Pure.
+// The direction of a recipe's sun. Pure.
 #pragma once
 
 #include <cmath>

@@ -89,7 +89,7 @@ class Listener {
   void Admit(int fd, size_t address);
   void RunOutOfDescriptors(const Socket& socket, int error_number);
   // ---- These require mu_.
-  // Makes a place for a stranger from `host`; false if there is none.
+  // Makes a place for a stranger from `host`; false if none exists.
   bool MakeRoom(const std::string& host);
   // Moves a stranger to those that are known; false if they are too many.
   bool AddKnown(Connections::iterator at);

@@ -37,7 +37,7 @@ struct ContentFile {
 // Returns the text of a list. Files are sorted by name, so that equal folders have equal lists.
 std::string ContentListText(std::vector<ContentFile> files);
 // Errors: kInvalidArgument, naming the line, for a text that is none, a name that leads out of its
-// folder or stands twice, and more files or bytes than are allowed.
+// folder or occurs twice, and more files or bytes than are allowed.
 absl::StatusOr<std::vector<ContentFile>> ParseContentList(std::string_view text);
 // Checks whether number and sizes of the files are allowed. `folder` is for the message. Errors:
 // kInvalidArgument naming the file, what it has and what is allowed.

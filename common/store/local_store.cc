@@ -109,7 +109,7 @@ absl::StatusOr<std::vector<std::string>> NamesIn(int folder_fd, const std::strin
   return names;
 }
 
-// "" when there is none.
+// "" when none exists.
 absl::StatusOr<std::string> ReadMarker(const std::string& folder) {
   const std::string path = folder + "/" + std::string(kStoreMarker);
   const absl::StatusOr<std::string> text = ReadFile(path, 4096);

@@ -19,7 +19,7 @@ inline constexpr std::string_view kStoreOwner = ".parallax-owner";
 // for a text that is no marker.
 std::string StoreMarkerText(std::string_view id);
 absl::StatusOr<std::string> ParseStoreMarker(std::string_view text, std::string_view where);
-// Checks the id in a marker ("": there is none) against the wanted one. `store` is for the message.
+// Checks the id in a marker ("": none) against the wanted one. `store` is for the message.
 // Errors: kNotFound, kFailedPrecondition.
 absl::Status CheckStoreId(std::string_view store, std::string_view id, std::string_view wanted);
 // Prefix of files that are being written. They are never listed or read as results.

@@ -349,7 +349,7 @@ class JobKind {
 };
 
 // Returns the folder of one attempt that all of these files are in: "ab/ab12.../.attempt-7/003".
-// Empty if there is none.
+// Empty if none exists.
 std::string CommonFolder(const std::vector<JobKind::OutputFile>& files);
 
 inline constexpr size_t kMostKinds = 12;

@@ -69,7 +69,7 @@ struct JobQueueOptions {
   // Kinds of jobs. Must outlive the queue. A database with jobs of another kind is refused.
   const KindRegistry* kinds = &KindRegistry::Builtin();
   RetryPolicy retry;
-  LimitRules limits;  // Per user. Another set than at the last start stands in the audit table.
+  LimitRules limits;  // Per user. Another set than at the last start is noted in the audit table.
   // Jobs of studies that finished so many seconds ago go to the archive. They are still listed and
   // their results are still reused, but they can't be retried. 0: never.
   double archive_after_s = 30 * 86400.0;

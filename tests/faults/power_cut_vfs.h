@@ -2,7 +2,7 @@
 // process: as kill -9 does (what was written stays), or as a power cut does (of what was not
 // synced, any part may be missing, in any order, torn at any sector).
 //
-// What a power cut may do here: each 512-byte piece of each write since the file's last sync is
+// A power cut here: each 512-byte piece of each write since the file's last sync is
 // kept or not by a coin, and one piece may be kept in part; a truncation likewise; a file made
 // since may not exist. SQLite assumes no less of Debian's kernels ("powersafe overwrite").
 #pragma once

@@ -43,7 +43,7 @@ std::string_view ValueOf(std::string_view header, std::string_view key) {
   return value;
 }
 
-// What a header says of its array.
+// An array as its header describes it.
 struct NpyHeader {
   char kind = 0;  // 'f', 'i' or 'u'.
   size_t value_size = 0;

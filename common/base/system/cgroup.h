@@ -20,7 +20,7 @@ std::vector<std::string> CgroupFolders(std::string_view groups, const std::strin
 // of those above them; 0 if none has one. Arguments as above.
 double CgroupCpuLimit(std::string_view groups, const std::string& root);
 
-// Returns the text of /proc/self/cgroup; "" where there is none.
+// Returns the text of /proc/self/cgroup; "" where none exists.
 std::string OwnCgroups();
 
 }  // namespace parallax

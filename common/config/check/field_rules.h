@@ -31,7 +31,7 @@ std::vector<std::string> EnumTexts(const google::protobuf::FieldDescriptor& fiel
 // own_benchmarks of benchmarks. Null for all other fields.
 const google::protobuf::FieldDescriptor* MapsFieldOf(
     const google::protobuf::FieldDescriptor& field);
-// Returns the field that a key of a file names; null if there is none. A field that takes the maps
+// Returns the field that a key of a file names; null if none exists. A field that takes the maps
 // of another one has no key.
 const google::protobuf::FieldDescriptor* FindKey(const google::protobuf::Descriptor& type,
                                                  const std::string& key);

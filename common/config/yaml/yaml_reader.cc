@@ -55,7 +55,7 @@ void YamlReader::Merge(const YAML::Node& node, Message* message, const std::stri
 void YamlReader::MergeFields(const YAML::Node& node, Message* message, const std::string& path) {
   const auto& type = *message->GetDescriptor();
   if (auto* sensor = dynamic_cast<v1::SensorConfig*>(message); sensor != nullptr && node.IsMap()) {
-    // Before the fields beside it, wherever it stands among them.
+    // Before the fields beside it, wherever it is among them.
     if (const YAML::Node preset = node["preset"]; preset && preset.IsScalar()) {
       TakeSensorPreset(preset.Scalar(), sensor);
     }

@@ -46,7 +46,7 @@ Json RowJson(const PlanRow& row) {
           {"disk_bytes", row.disk_bytes}};
 }
 
-// What the study can tell, and what it could with `more_seeds` in all.
+// The differences that the study can show, and those with `more_seeds` in all.
 struct Power {
   std::vector<BenchmarkPower> planned, more;
   int more_seeds = 0;

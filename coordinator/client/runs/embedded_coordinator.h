@@ -52,14 +52,14 @@ class EmbeddedCoordinator {
   std::unique_ptr<JobQueue> queue_;
   std::unique_ptr<CoordinatorServer> server_;
   std::string db_path_;
-  std::string copy_dir_;    // Folder of the database's copy; empty: there is none.
+  std::string copy_dir_;    // Folder of the database's copy; empty: none.
   bool view_only_ = false;  // The page only shows.
   std::mutex page_mu_;
   std::unique_ptr<HttpServer> page_;  // Guarded by page_mu_.
 };
 
 // Returns the address of the coordinator of the run that writes to `work_dir` now: "unix:/...".
-// Errors: kNotFound if there is none.
+// Errors: kNotFound if none exists.
 absl::StatusOr<std::string> AddressOfRun(const std::string& work_dir);
 
 // Makes a folder that only this user may enter, with a path short enough for a socket in it (a

@@ -1,5 +1,5 @@
-// What a study can tell before it is paid for: the least difference between two variants that it
-// finds on each benchmark. Reads files; thread-safe.
+// Says before a study is paid for which differences between two variants are significant on each
+// of its benchmarks. Reads files; thread-safe.
 #pragma once
 
 #include <cstdint>

@@ -26,7 +26,7 @@ class FolderLock {
 
 // Returns the folder that this user's datasets share unless they are told otherwise:
 // $PARALLAX_STORE or, if the user has made it, parallax/store in $XDG_CACHE_HOME (~/.cache). Empty
-// if there is none: Parallax never makes it by itself, because what is in it stays when a dataset
+// if none exists: Parallax never makes it by itself, because what is in it stays when a dataset
 // is removed.
 std::string UsersStore();
 

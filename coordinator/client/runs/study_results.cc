@@ -105,7 +105,7 @@ absl::Status StudyResults::AddTraining(const ResultName& name, const std::string
     RETURN_IF_ERROR(Place(from + "/" + file.name(), dir + "/" + file.name(), file.sha256()));
   }
   ++trainings_;
-  // Sets with equal data share a training: the card says whose folder it stands in.
+  // Sets with equal data share a training: the card says whose folder it is in.
   ASSIGN_OR_RETURN(const std::string text, ReadFile(from + "/training.json"));
   Json card = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!card.is_object()) return DataLoss("{}/training.json: not JSON", from);

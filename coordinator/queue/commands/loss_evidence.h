@@ -25,7 +25,7 @@ enum class LeaseEnd {
 // Times are steady seconds, which never go back from call to call.
 class LossEvidence {
  public:
-  // Notes that time has passed with so many living workers.
+  // Notes that time has passed with this number of living workers.
   void Pass(double now, size_t workers);
   // Notes that workers were lost.
   void CountLost(uint64_t workers) { lost_ += workers; }

@@ -18,7 +18,7 @@ namespace parallax {
 // The kernel releases both if the process dies.
 class DatabaseLock {
  public:
-  // Takes the lock, before anything of the file is read. Makes an empty file if there is none.
+  // Takes the lock, before anything of the file is read. Makes an empty file if none exists.
   // Errors: kFailedPrecondition if another coordinator holds it, in this process or in another one,
   // which the message names, or if the file has several names (hard links), because SQLite keeps
   // its log beside one of them.

@@ -20,7 +20,7 @@ namespace parallax {
 // The chunks of a .glb.
 struct GlbChunks {
   nlohmann::json json;    // An object, at most 64 levels deep, no key twice in an object.
-  std::string_view body;  // The binary chunk in the file's bytes; empty where there is none.
+  std::string_view body;  // The binary chunk in the file's bytes; empty where none exists.
 };
 
 // Takes a file's bytes apart, which must outlive the result.
@@ -36,7 +36,7 @@ struct GltfEntry {
   std::string name;
 
   bool Has(const char* key) const { return json.contains(key); }
-  // The object under a key, which is empty where there is none.
+  // The object under a key, which is empty where none exists.
   absl::StatusOr<GltfEntry> Object(const char* key) const;
   // The objects in a list; none where there is no such list. They are named like "accessor 3".
   absl::StatusOr<std::vector<GltfEntry>> List(const char* key, const std::string& name) const;

@@ -43,7 +43,7 @@ ImageF3 AveragedDown(const ImageF3& image, int factor) {
   return out;
 }
 
-// What a sky of half floats can hold: brighter pixels, of the sun, come as infinite.
+// The most that a sky of half floats holds: brighter pixels, of the sun, come as infinite.
 constexpr float kLargestHalf = 65504;
 
 // Makes values below 0, which resampling leaves beside the sun, 0, and infinite ones as large as

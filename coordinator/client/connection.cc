@@ -20,6 +20,8 @@ namespace parallax::client {
 namespace {
 
 constexpr std::chrono::seconds kTimeout{20};
+// Over a Unix socket nothing is lost on the way, but the machine may be busy: that of `run` renders.
+constexpr std::chrono::seconds kTimeoutOnThisMachine{120};
 constexpr int kDefaultStudies = 100;
 constexpr int kDefaultAuditEntries = 100;
 constexpr int kDefaultJobs = 1000;
@@ -98,7 +100,8 @@ template <typename Request, typename Reply, typename Method>
 absl::StatusOr<Reply> Connection::Call(Method method, const Request& request) {
   RETURN_IF_ERROR(CheckTexts(request));
   grpc::ClientContext context;
-  SetRpcTimeout(context, kTimeout);
+  const std::chrono::seconds timeout = where_.is_unix() ? kTimeoutOnThisMachine : kTimeout;
+  SetRpcTimeout(context, timeout);
   Reply reply;
   const grpc::Status status = (stub_->coordinator.get()->*method)(&context, request, &reply);
   if (status.ok()) {
@@ -119,7 +122,7 @@ absl::StatusOr<Reply> Connection::Call(Method method, const Request& request) {
   }
   if (status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED) {
     return Unavailable("the coordinator at {} did not answer within {}", address_,
-                       FormatDuration(kTimeout.count()));
+                       FormatDuration(timeout.count()));
   }
   if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
     return Internal("what answers at {} is not a Parallax coordinator of this version", address_);

@@ -20,15 +20,6 @@ constexpr double kViewDistance = 7;  // Distance of the camera, in widths of a c
 constexpr double kFill = 0.86;       // Share of a cell that the largest object takes.
 constexpr double kLampPower_w = 60;
 
-// Axes of a camera that looks along `forward`.
-struct ViewFrame {
-  Vec3d right, up, forward;
-  explicit ViewFrame(const Vec3d& from) : forward(-from.normalized()) {
-    right = forward.cross(Vec3d::UnitZ()).normalized();
-    up = right.cross(forward);
-  }
-};
-
 ViewFrame UsualView() { return ViewFrame({0.62, 0.85, 0.48}); }
 ViewFrame ViewFromAbove() { return ViewFrame({0.4, 0.62, 1.05}); }
 ViewFrame ViewFromBelow() { return ViewFrame({0.55, 0.8, 0.14}); }
@@ -44,22 +35,11 @@ ViewFrame ViewOf(const AssetClass& asset_class, const std::vector<Box3f>& boxes)
 }
 
 // Both eyes look along the frame, the left one at `target`; a cell is `cell_m` wide there.
-v1::Rig LookAt(const ViewFrame& view, const Vec3d& target, double cell_m, double baseline_m,
-               int width_px, int cell_px) {
-  Eigen::Matrix3d world_from_camera;
-  world_from_camera << view.right, -view.up, view.forward;
-  Pose pose;
-  pose.translation = target - kViewDistance * cell_m * view.forward;
-  pose.rotation = Eigen::Quaterniond(world_from_camera);
-  v1::Rig rig;
-  *rig.mutable_world_from_left() = ToProto(pose);
+v1::Rig CellRig(const ViewFrame& view, const Vec3d& target, double cell_m, double baseline_m,
+                int width_px, int cell_px) {
+  v1::Rig rig = view.RigAt(target - kViewDistance * cell_m * view.forward, kViewDistance * cell_px,
+                           width_px, cell_px);
   rig.set_baseline_m(baseline_m);
-  rig.set_fx_px(kViewDistance * cell_px);
-  rig.set_fy_px(kViewDistance * cell_px);
-  rig.set_cx_px(0.5 * width_px);
-  rig.set_cy_px(0.5 * cell_px);
-  rig.set_width_px(width_px);
-  rig.set_height_px(cell_px);
   return rig;
 }
 
@@ -92,21 +72,6 @@ Mesh OneSlot(const kernel::Shape& shape) {
   return mesh;
 }
 
-// A plain grey for floor and boards; its index.
-absl::StatusOr<uint32_t> AddGrey(SheetRow& row) {
-  ASSIGN_OR_RETURN(auto grey, MakeMaterial("PlainGrey", 1));
-  if (row.geometry.materials.empty()) row.geometry.materials.resize(1);
-  row.geometry.materials.push_back(std::move(grey));
-  return static_cast<uint32_t>(row.geometry.materials.size() - 1);
-}
-
-void AddFloor(SheetRow& row, uint32_t material, const Vec3d& middle, float half_m) {
-  const kernel::Shape slab = kernel::RoundedBox({2 * half_m, 2 * half_m, 0.02f * half_m}, {0});
-  AddMesh(row, OneSlot(slab), material,
-          Eigen::Affine3f(Eigen::Translation3f(static_cast<float>(middle.x()),
-                                               static_cast<float>(middle.y()), -0.01f * half_m)));
-}
-
 // Lets the emissive slots of an object shine.
 void LightLamps(v1::Scene& recipe, uint32_t object_index, const Mesh& mesh) {
   for (const MaterialSlot& slot : mesh.slots) {
@@ -119,7 +84,70 @@ void LightLamps(v1::Scene& recipe, uint32_t object_index, const Mesh& mesh) {
   }
 }
 
+absl::StatusOr<uint32_t> AddGrey(SheetRow& row) { return AddMaterial(row, "PlainGrey", 1); }
+
 }  // namespace
+
+ViewFrame::ViewFrame(const Vec3d& from) : forward(-from.normalized()) {
+  right = forward.cross(Vec3d::UnitZ());
+  right = right.norm() < 1e-6 ? Vec3d::UnitX() : right.normalized();
+  up = right.cross(forward);
+}
+
+v1::Rig ViewFrame::RigAt(const Vec3d& eye, double focal_px, int width_px, int height_px) const {
+  Eigen::Matrix3d world_from_camera;
+  world_from_camera << right, -up, forward;
+  Pose pose;
+  pose.translation = eye;
+  pose.rotation = Eigen::Quaterniond(world_from_camera);
+  v1::Rig rig;
+  *rig.mutable_world_from_left() = ToProto(pose);
+  rig.set_baseline_m(0.06);
+  rig.set_fx_px(focal_px);
+  rig.set_fy_px(focal_px);
+  rig.set_cx_px(0.5 * width_px);
+  rig.set_cy_px(0.5 * height_px);
+  rig.set_width_px(width_px);
+  rig.set_height_px(height_px);
+  return rig;
+}
+
+v1::SceneObject& AddObject(v1::Scene& recipe, const std::string& asset_class, uint64_t seed,
+                           const std::string& relation) {
+  v1::SceneObject& object = *recipe.add_objects();
+  object.set_index(static_cast<uint32_t>(recipe.objects_size()));
+  object.set_name(fmt::format("{}_{}", asset_class, seed));
+  object.set_asset_class(asset_class);
+  object.set_seed(seed);
+  object.set_role(v1::OBJECT_ROLE_FLOATING);
+  object.set_relation(relation);
+  return object;
+}
+
+absl::StatusOr<SheetRow> DressRow(SceneInProgress& scene) {
+  v1::MaterialConfig materials;
+  materials.set_mode(v1::MaterialConfig::MODE_ALL);
+  materials.set_replace_probability(0);
+  RETURN_IF_ERROR(ChooseMaterials(materials, nullptr, scene));
+  SheetRow row;
+  row.recipe = scene.recipe;
+  ASSIGN_OR_RETURN(row.geometry, BuildSceneGeometry(row.recipe));
+  return row;
+}
+
+absl::StatusOr<uint32_t> AddMaterial(SheetRow& row, const std::string& name, uint64_t seed) {
+  ASSIGN_OR_RETURN(auto material, MakeMaterial(name, seed));
+  if (row.geometry.materials.empty()) row.geometry.materials.resize(1);
+  row.geometry.materials.push_back(std::move(material));
+  return static_cast<uint32_t>(row.geometry.materials.size() - 1);
+}
+
+void AddFloor(SheetRow& row, uint32_t material, const Vec3d& middle, float half_m) {
+  const kernel::Shape slab = kernel::RoundedBox({2 * half_m, 2 * half_m, 0.02f * half_m}, {0});
+  AddMesh(row, OneSlot(slab), material,
+          Eigen::Affine3f(Eigen::Translation3f(static_cast<float>(middle.x()),
+                                               static_cast<float>(middle.y()), -0.01f * half_m)));
+}
 
 absl::StatusOr<SheetRow> MakeAssetRow(const AssetClass& asset_class, uint64_t first_seed,
                                       int cell_px) {
@@ -133,13 +161,8 @@ absl::StatusOr<SheetRow> MakeAssetRow(const AssetClass& asset_class, uint64_t fi
   for (int k = 0; k < kRowCells; ++k) {
     const uint64_t seed = first_seed + static_cast<uint64_t>(k);
     ASSIGN_OR_RETURN(const PooledAsset* asset, scene.pool.Get(asset_class.name, seed));
-    v1::SceneObject& object = *scene.recipe.add_objects();
-    object.set_index(static_cast<uint32_t>(k + 1));
-    object.set_name(fmt::format("{}_{}", asset_class.name, seed));
-    object.set_asset_class(asset_class.name);
-    object.set_seed(seed);
-    object.set_role(v1::OBJECT_ROLE_FLOATING);
-    object.set_relation(on_wall ? "on_wall" : "floating");
+    const v1::SceneObject& object =
+        AddObject(scene.recipe, asset_class.name, seed, on_wall ? "on_wall" : "floating");
     LightLamps(scene.recipe, object.index(), *asset->mesh);
     boxes.push_back(asset->bounds);
     meshes.push_back(asset->mesh);
@@ -164,14 +187,7 @@ absl::StatusOr<SheetRow> MakeAssetRow(const AssetClass& asset_class, uint64_t fi
     if (on_wall) pose.translation.z() = 0.12 * static_cast<double>(box.sizes().z());
     *scene.recipe.mutable_objects(k)->mutable_world_from_object() = ToProto(pose);
   }
-  v1::MaterialConfig materials;
-  materials.set_mode(v1::MaterialConfig::MODE_ALL);
-  materials.set_replace_probability(0);
-  RETURN_IF_ERROR(ChooseMaterials(materials, nullptr, scene));
-
-  SheetRow row;
-  row.recipe = scene.recipe;
-  ASSIGN_OR_RETURN(row.geometry, BuildSceneGeometry(row.recipe));
+  ASSIGN_OR_RETURN(SheetRow row, DressRow(scene));
   ASSIGN_OR_RETURN(const uint32_t grey, AddGrey(row));
   const Vec3d middle = 2.5 * cell_m * view.right;
   const float ground = hangs ? static_cast<float>(low - 2 * cell_m) : 0.0f;
@@ -189,8 +205,8 @@ absl::StatusOr<SheetRow> MakeAssetRow(const AssetClass& asset_class, uint64_t fi
   }
   // Three things an eye.
   const double up = 0.5 * (low + high) + (on_wall ? 0.06 * (high - low) : 0);
-  row.rigs.push_back(LookAt(view, cell_m * view.right + up * view.up, cell_m, 3 * cell_m,
-                            kRowCells / 2 * cell_px, cell_px));
+  row.rigs.push_back(CellRig(view, cell_m * view.right + up * view.up, cell_m, 3 * cell_m,
+                             kRowCells / 2 * cell_px, cell_px));
   return row;
 }
 
@@ -204,9 +220,7 @@ absl::StatusOr<SheetRow> MakeMaterialRow(const MaterialClass& material_class, ui
   ASSIGN_OR_RETURN(const uint32_t grey, AddGrey(row));
   uint32_t materials[2];
   for (uint64_t k = 0; k < 2; ++k) {
-    ASSIGN_OR_RETURN(auto material, MakeMaterial(material_class.name, first_seed + k));
-    row.geometry.materials.push_back(std::move(material));
-    materials[k] = static_cast<uint32_t>(row.geometry.materials.size() - 1);
+    ASSIGN_OR_RETURN(materials[k], AddMaterial(row, material_class.name, first_seed + k));
   }
   ASSIGN_OR_RETURN(const Asset chair, MakeAsset("Chair", 4));
   kernel::Shape ball = kernel::Ball(kBall_m, 96);
@@ -237,8 +251,8 @@ absl::StatusOr<SheetRow> MakeMaterialRow(const MaterialClass& material_class, ui
       AddMesh(row, things[t], materials[k],
               Eigen::Affine3f(Eigen::Translation3f(at.cast<float>())));
     }
-    v1::Rig rig = LookAt(view, first + 0.5 * (low + high) * view.up,
-                         std::max(2 * half, high - low) / kFill, kApart_m, cell_px, cell_px);
+    v1::Rig rig = CellRig(view, first + 0.5 * (low + high) * view.up,
+                          std::max(2 * half, high - low) / kFill, kApart_m, cell_px, cell_px);
     rig.set_index(static_cast<uint32_t>(t));
     row.rigs.push_back(rig);
   }

@@ -18,10 +18,6 @@ constexpr float kFullError_px = 5;
 constexpr Rgb kUnknown = {40, 42, 48};
 constexpr Rgb kWrong = {255, 0, 255};
 
-void Put(ImageRgb8& image, size_t pixel, const Rgb& color) {
-  std::copy(color.begin(), color.end(), image.data() + 3 * pixel);
-}
-
 double HeadlineOf(const Evaluation& evaluation, const Scores& scores) {
   const auto region = scores.regions.find(evaluation.headline.region);
   return region == scores.regions.end() || region->second.pixels == 0
@@ -76,39 +72,20 @@ std::string Caption(const Evaluation& evaluation, const Scores& scores) {
 
 }  // namespace
 
-double ColorScale(const ImageF& disparity_px) {
-  std::vector<float> known;
-  for (const float value : disparity_px.values()) {
-    if (std::isfinite(value) && value > 0) known.push_back(value);
-  }
-  if (known.empty()) return 1;
-  const auto near = known.end() - 1 - static_cast<std::ptrdiff_t>(known.size() / 50);
-  std::nth_element(known.begin(), near, known.end());
-  return *near;
-}
-
 ImageRgb8 ColorPrediction(const ImageF& predicted_px, double full_scale_px) {
-  ImageRgb8 image = ColorDisparity(predicted_px, full_scale_px);
-  for (size_t i = 0; i < predicted_px.pixels(); ++i) {
-    const float value = predicted_px.values()[i];
-    if (!std::isfinite(value) || value < 0) Put(image, i, kWrong);
-  }
-  return image;
+  return Colored(predicted_px, [&](const float* value) {
+    if (!std::isfinite(*value) || *value < 0) return kWrong;
+    return *value > 0 ? Turbo(std::sqrt(*value / std::max(full_scale_px, 1e-6))) : Rgb{};
+  });
 }
 
 ImageRgb8 ColorError(const ImageF& predicted_px, const ImageF& truth_px) {
-  ImageRgb8 image(truth_px.width(), truth_px.height());
-  for (size_t i = 0; i < truth_px.pixels(); ++i) {
-    const float truth = truth_px.values()[i], predicted = predicted_px.values()[i];
-    if (!(truth > 0)) {
-      Put(image, i, kUnknown);
-    } else if (!std::isfinite(predicted) || predicted < 0) {
-      Put(image, i, kWrong);
-    } else {
-      Put(image, i, Turbo(std::abs(predicted - truth) / kFullError_px));
-    }
-  }
-  return image;
+  return Colored(truth_px, [&](const float* truth) {
+    const float predicted = predicted_px.data()[truth - truth_px.data()];
+    if (!(*truth > 0)) return kUnknown;
+    if (!std::isfinite(predicted) || predicted < 0) return kWrong;
+    return Turbo(std::abs(predicted - *truth) / kFullError_px);
+  });
 }
 
 absl::Status DrawPredictionSheet(const Benchmark& benchmark, const Evaluation& evaluation,
@@ -117,8 +94,7 @@ absl::Status DrawPredictionSheet(const Benchmark& benchmark, const Evaluation& e
   const std::vector<const Scores*> chosen = ChooseRows(evaluation, options);
   const int tile = options.tile_width_px;
   const auto height_of = [&](const Scores& scores) {
-    return std::max(1, static_cast<int>(std::lround(1.0 * tile * scores.height_px /
-                                                    std::max(scores.width_px, 1))));
+    return TileHeight(tile, scores.width_px, scores.height_px);
   };
   int height = kTitle + kPredictionsMargin;
   for (const Scores* scores : chosen) height += height_of(*scores) + kLabel + kGap;

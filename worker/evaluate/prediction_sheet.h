@@ -25,9 +25,6 @@ absl::Status DrawPredictionSheet(const Benchmark& benchmark, const Evaluation& e
 
 // Returns the error map's colours. Pixels without truth are dark grey.
 ImageRgb8 ColorError(const ImageF& predicted_px, const ImageF& truth_px);
-// Returns the disparity that 2 % of the finite, positive ones exceed: the end of a picture's
-// colours. 1 without any.
-double ColorScale(const ImageF& disparity_px);
 // Returns a prediction as Turbo colours of the square root of the disparity; values that are
 // negative or not finite are magenta.
 ImageRgb8 ColorPrediction(const ImageF& predicted_px, double full_scale_px);

@@ -12,6 +12,7 @@
 #include "coordinator/client/commands/evaluate_command.h"
 #include "coordinator/client/content/predictor_choice.h"
 #include "coordinator/client/views/text.h"
+#include "worker/dataset/sheets/drawing.h"
 #include "worker/evaluate/disparity_files.h"
 #include "worker/evaluate/prediction_sheet.h"
 #include "worker/evaluate/prepared_pair.h"

@@ -7,7 +7,7 @@
 namespace parallax::client {
 
 const Costs kMeasuredCosts = {
-    // dense_preview DIR --keyframes 3: build_s.
+    // preview render solve:1:dense --rigs 3: build_core_s.
     .build_s = 2.1,
     // bench_render solve:1 --pairs 1 --quality-rigs 0: cache_s_per_scene on two cores, by paths.
     .cache_s_per_mpath = 3.6,

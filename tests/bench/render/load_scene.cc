@@ -3,6 +3,7 @@
 #include <google/protobuf/text_format.h>
 
 #include <chrono>
+#include <ctime>
 #include <fstream>
 #include <sstream>
 
@@ -17,13 +18,14 @@ namespace parallax::bench {
 namespace {
 
 // "solve:SEED" or "solve:SEED:CONFIG".
-absl::StatusOr<v1::Scene> SolveSeed(const std::string& request) {
+absl::StatusOr<v1::Scene> SolveSeed(const std::string& request, int rigs) {
   const size_t colon = request.find(':', 6);
   v1::SolveJob job;
   job.set_scene_seed(std::strtoull(request.c_str() + 6, nullptr, 10));
   ASSIGN_OR_RETURN(
       *job.mutable_config(),
       LoadSceneConfig(colon == std::string::npos ? "indoor" : request.substr(colon + 1)));
+  if (rigs > 0) job.mutable_config()->mutable_rigs()->set_count(rigs);
   ASSIGN_OR_RETURN(const v1::SolveResult result, Solve(job, {}));
   if (result.has_scene()) return result.scene();
   return NotFound("rejected: {}", result.rejected().reason());
@@ -31,7 +33,7 @@ absl::StatusOr<v1::Scene> SolveSeed(const std::string& request) {
 
 }  // namespace
 
-absl::StatusOr<LoadedScene> LoadScene(const std::string& path, uint64_t seed) {
+absl::StatusOr<LoadedScene> LoadScene(const std::string& path, uint64_t seed, int rigs) {
   LoadedScene loaded;
   const auto start = std::chrono::steady_clock::now();
   if (path.empty()) {
@@ -39,7 +41,9 @@ absl::StatusOr<LoadedScene> LoadScene(const std::string& path, uint64_t seed) {
     loaded.recipe = std::move(room.recipe);
     loaded.geometry = std::move(room.geometry);
   } else if (path.rfind("solve:", 0) == 0) {
-    ASSIGN_OR_RETURN(loaded.recipe, SolveSeed(path));
+    const std::clock_t begin = std::clock();
+    ASSIGN_OR_RETURN(loaded.recipe, SolveSeed(path, rigs));
+    loaded.solve_core_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     ASSIGN_OR_RETURN(loaded.geometry, BuildSceneGeometry(loaded.recipe));
   } else {
     std::ifstream file(path, std::ios::binary);

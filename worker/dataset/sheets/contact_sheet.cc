@@ -33,19 +33,6 @@ double NumberAt(const Json& json, const char* a, const char* b = nullptr) {
   return node != nullptr && node->is_number() ? node->get<double>() : 0;
 }
 
-// Value below which 99 % of the positive disparities lie: one close leg of a chair must not darken
-// the rest.
-double FullScale(const ImageF& disparity_px) {
-  std::vector<float> values;
-  for (size_t i = 0; i < disparity_px.pixels(); i += 7) {
-    if (disparity_px.values()[i] > 0) values.push_back(disparity_px.values()[i]);
-  }
-  if (values.empty()) return 1;
-  const auto at = values.begin() + static_cast<ptrdiff_t>(values.size() * 99 / 100);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 // Swatch and name of the indices with the most pixels, in two columns.
 void DrawLegend(Canvas& canvas, int x, int y, int width, const ImageU16& indices,
                 const Json& table) {
@@ -150,16 +137,6 @@ std::vector<Column> AllColumns() {
   return columns;
 }
 
-// Draws the legend of indices.
-void DrawIndexLegend(Canvas& canvas, const Cell& cell, const FrameMap& map,
-                     const ImageU16& indices) {
-  const Json& json = cell.row.frame.json;
-  const std::string table(map.view);
-  if (json.contains(table)) {
-    DrawLegend(canvas, cell.x, cell.y, cell.width, indices, json[table]);
-  }
-}
-
 // Reads a column's map and draws its legend. Returns the tile; empty if the frame has no such file.
 absl::StatusOr<ImageRgb8> DrawCell(Canvas& canvas, const Column& column, const Cell& cell) {
   const std::string& dir = cell.row.dir;
@@ -185,7 +162,10 @@ absl::StatusOr<ImageRgb8> DrawCell(Canvas& canvas, const Column& column, const C
       ImageU16 indices;
       RETURN_IF_ERROR(ReadMapIfThere(dir, map.stem(), "left", &indices));
       if (indices.empty()) return ImageRgb8();
-      DrawIndexLegend(canvas, cell, map, indices);
+      if (const auto table = cell.row.frame.json.find(std::string(map.view));
+          table != cell.row.frame.json.end()) {
+        DrawLegend(canvas, cell.x, cell.y, cell.width, indices, *table);
+      }
       return ColorIndices(indices);
     }
     case FrameMap::kHalfRgb: {
@@ -222,8 +202,8 @@ std::vector<Column> ColumnsOf(const std::vector<std::string>& frames) {
 absl::Status DrawRow(Canvas& canvas, const std::vector<Column>& columns, int y, int tile_width,
                      int tile_height, const Row& row) {
   const FrameOnDisk& frame = row.frame;
-  const double full_scale_px =
-      frame.left_disparity_px.empty() ? 1 : FullScale(frame.left_disparity_px);
+  // One close leg of a chair must not darken the rest.
+  const double full_scale_px = ColorScale(frame.left_disparity_px, 100);
   int x = kSheetMargin;
   for (const Column& column : columns) {
     ASSIGN_OR_RETURN(
@@ -249,16 +229,6 @@ std::string TitleOf(const std::string& dir) {
 std::string HistogramPath(const std::string& sheet) {
   const fs::path path(sheet);
   return path.parent_path() / (path.stem().string() + "_histograms.png");
-}
-
-// Evenly spread over all that were found, first and last included.
-std::vector<std::string> Spread(const std::vector<std::string>& all, int most) {
-  const size_t count = std::min(all.size(), static_cast<size_t>(std::max(most, 1)));
-  std::vector<std::string> chosen;
-  for (size_t i = 0; i < count; ++i) {
-    chosen.push_back(all[count == 1 ? 0 : i * (all.size() - 1) / (count - 1)]);
-  }
-  return chosen;
 }
 
 double MedianOf(std::vector<double> values) {
@@ -300,14 +270,13 @@ absl::StatusOr<ContactSheetResult> MakeContactSheet(const std::string& dir,
   }
   ContactSheetResult result;
   result.frames_found = static_cast<int>(found.size());
-  const std::vector<std::string> chosen = Spread(found, options.max_frames);
+  std::vector<std::string> chosen;
+  for (const size_t i : Spread(found.size(), options.max_frames)) chosen.push_back(found[i]);
 
   // All rows have the height of the first frame's shape.
   ASSIGN_OR_RETURN(const FrameOnDisk first, ReadFrame(chosen[0]));
   const int tile_width = std::max(options.tile_width_px, 120);
-  const int tile_height = std::max(
-      1,
-      static_cast<int>(std::lround(double(tile_width) * first.left.height() / first.left.width())));
+  const int tile_height = TileHeight(tile_width, first.left.width(), first.left.height());
   const std::vector<Column> columns = ColumnsOf(chosen);
   int lines = 0;
   for (const Column& column : columns) lines = std::max(lines, column.legend_lines());

@@ -116,46 +116,57 @@ Rgb IndexColor(uint32_t index) {
   return color;
 }
 
-ImageRgb8 ColorDisparity(const ImageF& disparity_px, double full_scale_px) {
-  ImageRgb8 out(disparity_px.width(), disparity_px.height());
-  for (size_t i = 0; i < disparity_px.pixels(); ++i) {
-    const float disparity = disparity_px.values()[i];
-    if (disparity <= 0) continue;
-    const Rgb color = Turbo(std::sqrt(disparity / std::max(full_scale_px, 1e-6)));
-    std::copy(color.begin(), color.end(), out.data() + 3 * i);
+int TileHeight(int tile_width_px, int width, int height) {
+  return std::max(
+      1, static_cast<int>(std::lround(double(tile_width_px) * height / std::max(width, 1))));
+}
+
+std::vector<size_t> Spread(size_t count, int most) {
+  const size_t chosen = std::min(count, static_cast<size_t>(std::max(most, 1)));
+  std::vector<size_t> indices;
+  for (size_t i = 0; i < chosen; ++i) {
+    indices.push_back(chosen == 1 ? 0 : i * (count - 1) / (chosen - 1));
   }
-  return out;
+  return indices;
+}
+
+double ColorScale(const ImageF& disparity_px, int part) {
+  std::vector<float> known;
+  for (const float value : disparity_px.values()) {
+    if (std::isfinite(value) && value > 0) known.push_back(value);
+  }
+  if (known.empty()) return 1;
+  const auto near = known.end() - 1 - static_cast<std::ptrdiff_t>(known.size()) / part;
+  std::nth_element(known.begin(), near, known.end());
+  return *near;
+}
+
+ImageRgb8 ColorDisparity(const ImageF& disparity_px, double full_scale_px) {
+  return Colored(disparity_px, [&](const float* disparity) {
+    if (*disparity <= 0) return Rgb{};
+    return Turbo(std::sqrt(*disparity / std::max(full_scale_px, 1e-6)));
+  });
 }
 
 ImageRgb8 ColorIndices(const ImageU16& indices) {
-  ImageRgb8 out(indices.width(), indices.height());
-  for (size_t i = 0; i < indices.pixels(); ++i) {
-    const Rgb color = IndexColor(indices.values()[i]);
-    std::copy(color.begin(), color.end(), out.data() + 3 * i);
-  }
-  return out;
+  return Colored(indices, [](const uint16_t* index) { return IndexColor(*index); });
 }
 
 ImageRgb8 ColorOcclusion(const ImageU8& occlusion) {
-  ImageRgb8 out(occlusion.width(), occlusion.height());
-  for (size_t i = 0; i < occlusion.pixels(); ++i) {
-    std::fill_n(out.data() + 3 * i, 3, occlusion.values()[i]);
-  }
-  return out;
+  return Colored(occlusion, [](const uint8_t* value) { return Rgb{*value, *value, *value}; });
 }
 
 ImageRgb8 ColorNormals(const ImageF3& normals) {
-  ImageRgb8 out(normals.width(), normals.height());
-  for (size_t i = 0; i < normals.pixels(); ++i) {
-    const float* n = normals.data() + 3 * i;
-    if (n[0] == 0 && n[1] == 0 && n[2] == 0) continue;
+  return Colored(normals, [](const float* n) {
+    Rgb color{};
+    if (n[0] == 0 && n[1] == 0 && n[2] == 0) return color;
     const float shown[3] = {n[0], -n[1], -n[2]};
-    for (int c = 0; c < 3; ++c) {
-      out.data()[3 * i + static_cast<size_t>(c)] =
+    for (size_t c = 0; c < 3; ++c) {
+      color[c] =
           static_cast<uint8_t>(std::lround(std::clamp(127.5f + 127.5f * shown[c], 0.0f, 255.0f)));
     }
-  }
-  return out;
+    return color;
+  });
 }
 
 }  // namespace parallax

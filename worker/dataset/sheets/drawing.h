@@ -1,9 +1,11 @@
 // Drawing for pictures that people look at: an RGB canvas with text, boxes, images and colour maps.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/image/image.h"
 
@@ -42,6 +44,25 @@ class Canvas {
 // Cuts `text` to at most `width`, with ".." in place of the rest.
 std::string FitText(std::string text, double size_px, int width);
 
+// Returns the height of a tile whose shape is that of a picture; at least 1.
+int TileHeight(int tile_width_px, int width, int height);
+// Returns the indices of at most `most` of `count` things, spread evenly, first and last included.
+std::vector<size_t> Spread(size_t count, int most);
+
+// Returns an image with the colour of each pixel of `map`. `color` gets its channels.
+template <typename Map, typename Color>
+ImageRgb8 Colored(const Map& map, Color color) {
+  ImageRgb8 out(map.width(), map.height());
+  for (size_t i = 0; i < map.pixels(); ++i) {
+    const Rgb rgb = color(map.data() + Map::kChannels * i);
+    std::copy(rgb.begin(), rgb.end(), out.data() + 3 * i);
+  }
+  return out;
+}
+
+// Returns the end of a picture's colours: the disparity that one in `part` of the finite, positive
+// ones exceeds. 1 without any.
+double ColorScale(const ImageF& disparity_px, int part = 50);
 // Returns a colour of Google's Turbo map: `value` in [0, 1] goes from dark blue to dark red.
 Rgb Turbo(double value);
 // Returns a distinct colour for an index; neighbours differ strongly. 0 is black.

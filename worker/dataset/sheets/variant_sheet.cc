@@ -46,20 +46,6 @@ void SortAsInStudy(const std::string& dir, std::vector<DatasetVariant>& variants
                    [&](const auto& a, const auto& b) { return place(a.name) < place(b.name); });
 }
 
-// The 95th percentile of the disparities of a view, pixels.
-double NearDisparity(const ImageF& disparity_px) {
-  std::vector<float> values;
-  for (int y = 0; y < disparity_px.height(); ++y) {
-    for (int x = 0; x < disparity_px.width(); ++x) {
-      if (disparity_px(x, y) > 0) values.push_back(disparity_px(x, y));
-    }
-  }
-  if (values.empty()) return 0;
-  const auto near = values.end() - 1 - static_cast<std::ptrdiff_t>(values.size() / 20);
-  std::nth_element(values.begin(), near, values.end());
-  return *near;
-}
-
 // The scale that suits the variant with the largest disparities, so that other baselines show and
 // no picture is of one colour. 0 without disparity maps.
 absl::StatusOr<double> SharedScale(const Dataset& dataset, const FrameId& key) {
@@ -69,7 +55,7 @@ absl::StatusOr<double> SharedScale(const Dataset& dataset, const FrameId& key) {
     std::error_code error;
     if (!std::filesystem::exists(path, error)) continue;
     ASSIGN_OR_RETURN(const ImageF disparity_px, ReadExrY(path));
-    full_scale_px = std::max(full_scale_px, NearDisparity(disparity_px));
+    full_scale_px = std::max(full_scale_px, ColorScale(disparity_px, 20));
   }
   return full_scale_px;
 }
@@ -98,7 +84,7 @@ absl::StatusOr<VariantSheetResult> MakeVariantSheet(const std::string& dir,
   }
   SortAsInStudy(dataset.dir, dataset.variants);
   const std::vector<FrameId> all(common.begin(), common.end());
-  const size_t blocks = std::min(all.size(), static_cast<size_t>(std::max(options.max_pairs, 1)));
+  const std::vector<size_t> blocks = Spread(all.size(), options.max_pairs);
   const int columns = std::clamp(options.columns, 1, static_cast<int>(dataset.variants.size()));
   const int rows = (static_cast<int>(dataset.variants.size()) + columns - 1) / columns;
   const int tile = std::max(options.tile_width_px, 80);
@@ -110,16 +96,15 @@ absl::StatusOr<VariantSheetResult> MakeVariantSheet(const std::string& dir,
 
   ASSIGN_OR_RETURN(const ImageRgb8 first,
                    ReadPngRgb8(dataset.variants[0].dir + "/" + FramePath(all[0]) + "/left.png"));
-  const int tile_height = std::max(
-      1, static_cast<int>(std::lround(double{1.0} * tile * first.height() / first.width())));
+  const int tile_height = TileHeight(tile, first.width(), first.height());
   const int block_height = kBlockTitle + rows * (tile_height + kLabel + kGap);
   Canvas canvas(2 * kVariantsMargin + columns * tile + (columns - 1) * kGap,
-                kTitle + static_cast<int>(blocks) * block_height + kVariantsMargin);
+                kTitle + static_cast<int>(blocks.size()) * block_height + kVariantsMargin);
   const std::string name = std::filesystem::path(dataset.dir).filename();
   DrawFitted(canvas, 32, name + ": the same pair in each of its variants", 15, kText, true);
   DrawFitted(canvas, 52, "left images; disparities of a pair to one scale", 10, kFaint, false);
-  for (size_t b = 0; b < blocks; ++b) {
-    const FrameId key = all[blocks == 1 ? 0 : b * (all.size() - 1) / (blocks - 1)];
+  for (size_t b = 0; b < blocks.size(); ++b) {
+    const FrameId key = all[blocks[b]];
     const int top = kTitle + static_cast<int>(b) * block_height;
     canvas.DrawText(kVariantsMargin, top + 20,
                     fmt::format("scene {}, rig {}", key.first, key.second), 11, kFaint);

@@ -329,7 +329,7 @@ Surroundings OpenSkySurroundings(const v1::Place& place) {
   return around;
 }
 
-// dense_preview DIR --keyframes 3: objects_s, keyframe_s.
+// preview render solve:1:dense --rigs 1, and --rigs 3: solve_core_s.
 SceneCosts CostsOf(const v1::SceneConfig& config) {
   // Where everything moves from rig to rig nothing is cached.
   return {.layout_s = 0, .dress_s = 1.65 + 0.1 * config.rigs().count(), .rigs_share_light = false};

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A sequence as a strip of pictures: left image, forward flow by colour, change of disparity, occlusion.
 
-    PYTHONPATH=common/python/parallax_data tests/preview/flow/flow_strip.py OUT/VARIANT strip.png [--sequence 0] [--frames 6]
+    PYTHONPATH=common/python/parallax_data tests/preview/flow_strip.py OUT/VARIANT strip.png [--sequence 0] [--frames 6]
 
 Flow: hue is direction (red to the right, by the colour wheel of Baker et al.), saturation its length, up to the longest that is
 not among the one percent longest. Change of disparity: red nears, blue recedes. Occlusion: red over the image is hidden in the

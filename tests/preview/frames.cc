@@ -1,8 +1,5 @@
-// A study's frames without coordinator or workers: solve, render, archive and contact sheet in one
-// process. For looking and for timing the worker's part alone.
-//   frames_preview quickstart --out /tmp/preview [--pairs 2] [--profile preview] [--size 640x360]
+// frames: a study's frames without coordinator or workers, for timing the worker's part alone.
 // Prints one JSON line with the seconds of each part.
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -13,12 +10,13 @@
 #include "common/base/system/clock.h"
 #include "common/base/system/log.h"
 #include "common/config/config.h"
+#include "tests/preview/preview.h"
 #include "worker/dataset/archive/archive.h"
 #include "worker/dataset/frame/render_job.h"
 #include "worker/dataset/sheets/contact_sheet.h"
 #include "worker/scene/solve_scene.h"
 
-namespace parallax {
+namespace parallax::preview {
 namespace {
 
 struct Options {
@@ -88,7 +86,7 @@ absl::Status Run(const Options& options) {
   }
   RETURN_IF_ERROR(ValidateStudy(study));
   ASSIGN_OR_RETURN(const auto archive, ArchiveWriter::Open(options.out, study));
-  nlohmann::ordered_json figures = {{"bench", "frames_preview"}, {"study", study.name()}};
+  nlohmann::ordered_json figures = {{"bench", "frames"}, {"study", study.name()}};
   figures["stages"] = nlohmann::ordered_json::object();
   for (const v1::VariantSpec& variant : study.variants()) {
     RETURN_IF_ERROR(RunVariant(options, study, variant, *archive, figures));
@@ -107,23 +105,18 @@ absl::Status Run(const Options& options) {
 }
 
 }  // namespace
-}  // namespace parallax
 
-int main(int argc, char** argv) {
-  parallax::Options options;
-  CLI::App app("Solves and renders a study in this process and draws its contact sheet");
-  std::string size;
-  app.add_option("study", options.study, "File or built-in name");
-  app.add_option("--out", options.out, "Folder of the dataset")->required();
-  app.add_option("--pairs", options.pairs, "Instead of the study's");
-  app.add_option("--profile", options.profile, "Instead of the study's");
-  app.add_option("--samples", options.samples, "Samples per pixel instead of the profile's");
-  app.add_option("--width", options.width_px, "Pixels");
-  app.add_option("--height", options.height_px, "Pixels");
-  app.add_option("--first-seed", options.first_seed, "Scene seeds start after it");
-  CLI11_PARSE(app, argc, argv);
-  parallax::InitLogging({.program = "frames_preview"});
-  const absl::Status status = parallax::Run(options);
-  if (!status.ok()) std::cerr << status << "\n";
-  return status.ok() ? 0 : 1;
+Action Frames(CLI::App& command) {
+  const auto options = std::make_shared<Options>();
+  command.add_option("study", options->study, "File or built-in name");
+  command.add_option("--out", options->out, "Folder of the dataset")->required();
+  command.add_option("--pairs", options->pairs, "Instead of the study's");
+  command.add_option("--profile", options->profile, "Instead of the study's");
+  command.add_option("--samples", options->samples, "Samples per pixel instead of the profile's");
+  command.add_option("--width", options->width_px, "Pixels");
+  command.add_option("--height", options->height_px, "Pixels");
+  command.add_option("--first-seed", options->first_seed, "Scene seeds start after it");
+  return [options] { return Run(*options); };
 }
+
+}  // namespace parallax::preview

@@ -1,24 +1,22 @@
-// Draws landforms from above: shaded relief of the region and of the site, side by side, a row a
+// terrain: shaded relief of landforms from above, the region and the site side by side, a row a
 // seed; prints a JSON line with core-seconds and relief for each.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
-#include <string>
 
 #include "common/image/io.h"
+#include "tests/preview/preview.h"
 #include "worker/terrain/landforms.h"
 
+namespace parallax::preview {
 namespace {
-
-using namespace parallax;
 
 double CpuSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 // Light from the north-west, 40 degrees up, with a tint by wetness and by loose material.
-void DrawRelief(const Terrain& terrain, float extent_m, int side_px, int left_px, int top_px,
-                ImageRgb8& image) {
+void DrawRelief(const parallax::Terrain& terrain, float extent_m, int side_px, int left_px,
+                int top_px, ImageRgb8& image) {
   const Vec3f light = Vec3f(-0.54f, 0.54f, 0.64f).normalized();
   const float pixel_m = extent_m / static_cast<float>(side_px);
   for (int y = 0; y < side_px; ++y) {
@@ -39,37 +37,42 @@ void DrawRelief(const Terrain& terrain, float extent_m, int side_px, int left_px
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  CLI::App app("Draws landforms from above.");
+struct Options {
   std::string landform = "mountains", out = "terrain.png";
   int seeds = 2, side_px = 700;
-  app.add_option("--landform", landform, "One of LandformNames()")->capture_default_str();
-  app.add_option("--seeds", seeds, "Rows of the sheet")->capture_default_str();
-  app.add_option("--size", side_px, "Side of a picture in pixels")->capture_default_str();
-  app.add_option("--out", out, "PNG to write")->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
+};
 
-  ImageRgb8 sheet(2 * side_px, seeds * side_px);
-  for (int seed = 0; seed < seeds; ++seed) {
-    const auto spec = DrawLandform(landform, Rng(SceneSeed{static_cast<uint64_t>(seed)}));
-    if (!spec.ok()) {
-      std::fprintf(stderr, "terrain_preview: %s\n", std::string(spec.status().message()).c_str());
-      return 2;
-    }
+absl::Status Run(const Options& options) {
+  const int side_px = options.side_px;
+  ImageRgb8 sheet(2 * side_px, options.seeds * side_px);
+  for (int seed = 0; seed < options.seeds; ++seed) {
+    ASSIGN_OR_RETURN(const TerrainSpec spec,
+                     DrawLandform(options.landform, Rng(SceneSeed{static_cast<uint64_t>(seed)})));
     const double begin = CpuSeconds();
-    const Terrain terrain = MakeTerrain(*spec);
+    const parallax::Terrain terrain = MakeTerrain(spec);
     const double core_s = CpuSeconds() - begin;
-    DrawRelief(terrain, spec->region_m, side_px, 0, seed * side_px, sheet);
-    DrawRelief(terrain, spec->site_m, side_px, side_px, seed * side_px, sheet);
+    DrawRelief(terrain, spec.region_m, side_px, 0, seed * side_px, sheet);
+    DrawRelief(terrain, spec.site_m, side_px, side_px, seed * side_px, sheet);
     const FieldRange region = RangeOf(terrain.region()), site = RangeOf(terrain.site());
     std::printf(
         "{\"landform\":\"%s\",\"seed\":%d,\"core_s\":%.2f,\"region_relief_m\":%.1f,"
         "\"site_relief_m\":%.1f}\n",
-        landform.c_str(), seed, core_s, region.high - region.low, site.high - site.low);
+        options.landform.c_str(), seed, core_s, region.high - region.low, site.high - site.low);
   }
-  const absl::Status status = WritePng(out, sheet);
-  if (!status.ok()) std::fprintf(stderr, "%s\n", std::string(status.message()).c_str());
-  return status.ok() ? 0 : 1;
+  return WritePng(options.out, sheet);
 }
+
+}  // namespace
+
+Action Terrain(CLI::App& command) {
+  const auto options = std::make_shared<Options>();
+  command.add_option("--landform", options->landform, "One of LandformNames()")
+      ->capture_default_str();
+  command.add_option("--seeds", options->seeds, "Rows of the sheet")->capture_default_str();
+  command.add_option("--size", options->side_px, "Side of a picture in pixels")
+      ->capture_default_str();
+  command.add_option("--out", options->out, "PNG to write")->capture_default_str();
+  return [options] { return Run(*options); };
+}
+
+}  // namespace parallax::preview

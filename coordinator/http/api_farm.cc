@@ -6,6 +6,7 @@
 #include "coordinator/http/metrics_text.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/validation.h"
+#include "coordinator/view/status_view.h"
 
 namespace parallax {
 namespace {
@@ -54,14 +55,7 @@ Reply Audit(ApiParts& parts, const WebRequest& request) {
   asked.set_before(before);
   ASSIGN_OR_RETURN(const auto entries, parts.queue.ListAudit(asked));
   Json json = {{"entries", Json::array()}};
-  for (const v1::AuditEntry& entry : entries) {
-    json["entries"].push_back({{"id", entry.id()},
-                               {"unix_s", entry.unix_s()},
-                               {"actor", entry.actor()},
-                               {"action", entry.action()},
-                               {"study_id", entry.study_id()},
-                               {"detail", entry.detail()}});
-  }
+  for (const v1::AuditEntry& entry : entries) json["entries"].push_back(AuditEntryJson(entry));
   return JsonReply(JsonText(json));
 }
 

@@ -2,55 +2,17 @@
 
 #include <cmath>
 
-#include "coordinator/study/job_counts.h"
 #include "coordinator/study/rigs.h"
+#include "coordinator/view/status_view.h"
 
 namespace parallax {
 namespace {
-
-const char* StateWord(v1::StudyState state) {
-  switch (state) {
-    case v1::STUDY_STATE_RUNNING:
-      return "running";
-    case v1::STUDY_STATE_PAUSED:
-      return "paused";
-    case v1::STUDY_STATE_SUCCEEDED:
-      return "succeeded";
-    case v1::STUDY_STATE_CANCELLED:
-      return "cancelled";
-    case v1::STUDY_STATE_FAILED:
-      return "failed";
-    default:
-      return "unknown";
-  }
-}
 
 Json OrNull(double unix_s) { return unix_s > 0 ? Json(unix_s) : Json(nullptr); }
 Json SceneOrNull(uint32_t scene) { return scene == kNoScene ? Json(nullptr) : Json(scene); }
 
 std::string RigsOf(const v1::JobStatus& job) {
   return RigsText({job.rigs().data(), static_cast<size_t>(job.rigs_size())});
-}
-
-// {"render": {"READY": 3}}
-Json JobCountsJson(const v1::VariantStatus& variant) {
-  Json counts = Json::object();
-  for (const v1::JobCount& count : variant.jobs()) {
-    counts[count.kind()][count.state()] = count.jobs();
-  }
-  return counts;
-}
-
-// READY jobs with the reason for which they do not run.
-Json WaitingJson(const v1::StudyStatus& study) {
-  Json waiting = Json::array();
-  for (const v1::WaitingJobs& jobs : study.waiting()) {
-    waiting.push_back({{"kind", jobs.kind()},
-                       {"jobs", jobs.jobs()},
-                       {"reason", jobs.reason()},
-                       {"text", jobs.text()}});
-  }
-  return waiting;
 }
 
 Json FiguresJson(const google::protobuf::Map<std::string, double>& figures) {
@@ -66,14 +28,14 @@ std::string JsonText(const Json& json) {
 }
 
 Json FarmJson(const StatusSnapshot& snapshot) {
-  PairCount pairs;
+  PairCounts pairs;
   Json studies = Json::array();
   for (const v1::StudyStatus& study : snapshot.studies) {
-    const PairCount of_study = CountPairs(study);
+    const PairCounts of_study = CountsOf(study);
     pairs.done += of_study.done;
     pairs.wanted += of_study.wanted;
     const auto eta = snapshot.eta_s.find(study.study_id());
-    studies.push_back(StudyLineJson(study, eta == snapshot.eta_s.end() ? -1 : eta->second));
+    studies.push_back(StudyRowJson(study, eta == snapshot.eta_s.end() ? -1 : eta->second));
   }
   Json jobs = Json::array();
   for (const auto& [key, count] : snapshot.queue.jobs) {
@@ -128,59 +90,20 @@ Json HistoryJson(const std::vector<HistorySample>& samples) {
 
 Json WorkersJson(const std::vector<v1::WorkerStatus>& all) {
   Json workers = Json::array();
-  for (const v1::WorkerStatus& worker : all) {
-    workers.push_back(
-        {{"name", worker.name()},
-         {"state", worker.state()},
-         {"kinds", std::vector<std::string>(worker.kinds().begin(), worker.kinds().end())},
-         {"slots", worker.slots()},
-         {"running", worker.running()},
-         {"last_heard_s", worker.last_heard_s()},
-         {"drained_by", worker.drained_by()},
-         {"version", worker.version()}});
-  }
+  for (const v1::WorkerStatus& worker : all) workers.push_back(WorkerJson(worker));
   return {{"workers", workers}};
 }
 
-Json StudyLineJson(const v1::StudyStatus& study, double eta_s) {
-  const PairCount pairs = CountPairs(study);
-  return {{"id", study.study_id()},
-          {"name", study.name()},
-          {"state", StateWord(study.state())},
-          {"done", pairs.done},
-          {"wanted", pairs.wanted},
-          {"variants", study.variants_size()},
-          {"running", JobsInState(study, "LEASED")},
-          {"user", study.user()},
-          {"max_running", study.max_running()},
-          {"at_limit", study.at_limit()},
-          {"held_jobs", study.held_jobs()},
-          {"waiting", WaitingJson(study)},
-          {"problems", JobsInState(study, "FAILED") + JobsInState(study, "QUARANTINED")},
-          {"submitted_unix_s", study.submitted_unix_s()},
-          {"finished_unix_s", OrNull(study.finished_unix_s())},
-          {"eta_s", eta_s < 0 ? Json(nullptr) : Json(eta_s)}};
+Json StudyRowJson(const v1::StudyStatus& study, double eta_s) {
+  Json json = StudyLineJson(study);
+  json["eta_s"] = eta_s < 0 ? Json(nullptr) : Json(eta_s);
+  return json;
 }
 
-Json StudyJson(const v1::StudyStatus& study, double eta_s,
-               const std::vector<ProblemCause>& causes) {
-  Json json = StudyLineJson(study, eta_s);
-  json["variant_list"] = Json::array();
-  json["gave_up"] = Json::array();
-  for (const v1::VariantStatus& variant : study.variants()) {
-    json["variant_list"].push_back({{"name", variant.name()},
-                                    {"done", variant.pairs_done()},
-                                    {"wanted", variant.pairs_wanted()},
-                                    {"jobs", JobCountsJson(variant)},
-                                    {"scenes_rejected", variant.scenes_rejected()},
-                                    {"solves_reused", variant.solves_reused()},
-                                    {"layouts_reused", variant.layouts_reused()},
-                                    {"frames_reused", variant.frames_reused()}});
-    for (const v1::JobProblem& problem : variant.problems()) {
-      if (problem.state() != "GAVE_UP") continue;
-      json["gave_up"].push_back({{"variant", variant.name()}, {"error", problem.error()}});
-    }
-  }
+Json StudyPageJson(const v1::StudyStatus& study, double eta_s,
+                   const std::vector<ProblemCause>& causes) {
+  Json json = StudyJson(study);
+  json["eta_s"] = eta_s < 0 ? Json(nullptr) : Json(eta_s);
   json["causes"] = Json::array();
   for (const ProblemCause& cause : causes) {
     json["causes"].push_back({{"error", cause.error},
@@ -200,16 +123,7 @@ Json StudyJson(const v1::StudyStatus& study, double eta_s,
 
 Json UsersJson(const std::vector<v1::UserStatus>& all) {
   Json users = Json::array();
-  for (const v1::UserStatus& user : all) {
-    users.push_back({{"user", user.user()},
-                     {"running", user.running()},
-                     {"studies", user.studies()},
-                     {"waiting_pairs", user.waiting_pairs()},
-                     {"max_running", user.max_running()},
-                     {"max_studies", user.max_studies()},
-                     {"max_waiting_pairs", user.max_waiting_pairs()},
-                     {"rule", user.rule()}});
-  }
+  for (const v1::UserStatus& user : all) users.push_back(UserJson(user));
   return {{"users", users}};
 }
 

@@ -22,10 +22,12 @@ Json FarmJson(const StatusSnapshot& snapshot);
 Json HistoryJson(const std::vector<HistorySample>& samples);
 Json WorkersJson(const std::vector<v1::WorkerStatus>& workers);
 
-// Return one study, as a line of the list and with its variants and problems. `eta_s` is the time
-// until it ends in seconds; below 0 it is unknown.
-Json StudyLineJson(const v1::StudyStatus& study, double eta_s);
-Json StudyJson(const v1::StudyStatus& study, double eta_s, const std::vector<ProblemCause>& causes);
+// Return the JSON of a study as coordinator/view has it, as a line of the list and with its
+// variants and causes of problems. `eta_s` is the time until it ends in seconds; below 0 it is
+// unknown.
+Json StudyRowJson(const v1::StudyStatus& study, double eta_s);
+Json StudyPageJson(const v1::StudyStatus& study, double eta_s,
+                   const std::vector<ProblemCause>& causes);
 Json UsersJson(const std::vector<v1::UserStatus>& users);
 Json JobLineJson(const v1::JobStatus& job);
 Json JobJson(const JobDetail& job);

@@ -30,7 +30,7 @@ Reply Studies(ApiParts& parts, const WebRequest& request) {
   ASSIGN_OR_RETURN(auto studies, parts.queue.ListStudies(static_cast<int>(limit), before));
   for (v1::StudyStatus& study : studies) parts.server.waits().AddTo(study);
   Json json = {{"studies", Json::array()}};
-  for (const v1::StudyStatus& study : studies) json["studies"].push_back(StudyLineJson(study, -1));
+  for (const v1::StudyStatus& study : studies) json["studies"].push_back(StudyRowJson(study, -1));
   return JsonReply(JsonText(json));
 }
 
@@ -62,7 +62,7 @@ Reply StudyReply(ApiParts& parts, const WebCaller& caller, int64_t id) {
   ASSIGN_OR_RETURN(const auto causes, parts.reader.Problems(id));
   ASSIGN_OR_RETURN(const auto snapshot, parts.sampler.Take());
   const auto eta = snapshot->eta_s.find(id);
-  Json json = StudyJson(study, eta == snapshot->eta_s.end() ? -1 : eta->second, causes);
+  Json json = StudyPageJson(study, eta == snapshot->eta_s.end() ? -1 : eta->second, causes);
   json["actions"] = ActionsFor(parts, caller, study);
   json["now_unix_s"] = snapshot->now_unix_s;
   return JsonReply(JsonText(json));

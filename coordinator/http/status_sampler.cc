@@ -4,6 +4,7 @@
 #include "common/base/system/log.h"
 #include "common/base/version.h"
 #include "coordinator/rpc/workers/wait_reasons.h"
+#include "coordinator/view/status_view.h"
 
 namespace parallax {
 namespace {
@@ -16,15 +17,6 @@ constexpr double kSampleEvery_s = 10;
 constexpr double kSnapshotAge_s = 0.5;
 
 }  // namespace
-
-PairCount CountPairs(const v1::StudyStatus& study) {
-  PairCount pairs;
-  for (const v1::VariantStatus& variant : study.variants()) {
-    pairs.done += variant.pairs_done();
-    pairs.wanted += variant.pairs_wanted();
-  }
-  return pairs;
-}
 
 StatusSampler::StatusSampler(std::string store_uri, Clock& clock, JobQueue& queue,
                              const CoordinatorServer& server, std::function<FarmSpace()> space)
@@ -101,7 +93,7 @@ absl::StatusOr<StatusSnapshot> StatusSampler::Read() {
   if (space_) fresh.space = space_();
   ASSIGN_OR_RETURN(fresh.running, queue_.ListRunning());
   int64_t pairs = 0;
-  for (const v1::StudyStatus& study : fresh.studies) pairs += CountPairs(study).done;
+  for (const v1::StudyStatus& study : fresh.studies) pairs += CountsOf(study).done;
   rate_.Add(fresh.uptime_s, static_cast<double>(pairs));
   fresh.pairs_per_hour = 3600 * rate_.PerSecond().value_or(0);
   NoteEtas(fresh);
@@ -117,7 +109,7 @@ void StatusSampler::NoteEtas(StatusSnapshot& fresh) {
     if (const auto known = study_rates_.find(study.study_id()); known != study_rates_.end()) {
       rate = std::move(known->second);
     }
-    const PairCount pairs = CountPairs(study);
+    const PairCounts pairs = CountsOf(study);
     rate.Add(fresh.uptime_s, static_cast<double>(pairs.done));
     // The time that trainings take is unknown.
     if (pairs.done >= pairs.wanted) continue;

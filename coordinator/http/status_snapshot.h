@@ -30,11 +30,4 @@ struct StatusSnapshot {
   FarmSpace space;
 };
 
-// Numbers of finished and of wanted pairs, summed over the variants of a study.
-struct PairCount {
-  int64_t done = 0;
-  int64_t wanted = 0;
-};
-PairCount CountPairs(const v1::StudyStatus& study);
-
 }  // namespace parallax

@@ -6,6 +6,7 @@
 #include "coordinator/client/command.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
+#include "coordinator/view/status_view.h"
 
 namespace parallax::client {
 namespace {
@@ -14,14 +15,6 @@ struct AuditOptions {
   std::string study;
   int limit = 100;
 };
-
-nlohmann::ordered_json EntryJson(const v1::AuditEntry& entry) {
-  nlohmann::ordered_json json = {{"id", entry.id()},       {"unix_s", entry.unix_s()},
-                                 {"actor", entry.actor()}, {"action", entry.action()},
-                                 {"study_id", nullptr},    {"detail", entry.detail()}};
-  if (entry.study_id() != 0) json["study_id"] = entry.study_id();
-  return json;
-}
 
 absl::StatusOr<ExitCode> Audit(const AuditOptions& options, Session& session) {
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
@@ -39,7 +32,9 @@ absl::StatusOr<ExitCode> Audit(const AuditOptions& options, Session& session) {
   ASSIGN_OR_RETURN(const v1::ListAuditReply reply, connection->ListAudit(request));
   if (session.options.json) {
     nlohmann::ordered_json json = {{"entries", nlohmann::ordered_json::array()}};
-    for (const v1::AuditEntry& entry : reply.entries()) json["entries"].push_back(EntryJson(entry));
+    for (const v1::AuditEntry& entry : reply.entries()) {
+      json["entries"].push_back(AuditEntryJson(entry));
+    }
     session.PrintJson(json);
     return kExitOk;
   }

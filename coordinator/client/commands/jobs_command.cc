@@ -12,6 +12,7 @@
 #include "coordinator/client/views/study_view.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
+#include "coordinator/queue/job_state.h"
 
 namespace parallax::client {
 namespace {
@@ -23,8 +24,11 @@ struct JobsOptions {
   bool all = false;
 };
 
-constexpr const char* kStates[] = {"blocked",  "ready",  "leased",      "retry_wait", "succeeded",
-                                   "rejected", "failed", "quarantined", "cancelled"};
+std::vector<std::string> StateWords() {
+  std::vector<std::string> words;
+  for (const char* state : kJobStateNames) words.push_back(LowerName(state));
+  return words;
+}
 
 Tone ToneOf(const std::string& state) {
   if (state == "SUCCEEDED") return Tone::kGood;
@@ -151,8 +155,7 @@ void RegisterJobs(Registry& registry) {
   command->add_option("STUDY", options->study, "Id, or name (the newest of that name)")->required();
   command->add_option("--state", options->state, "Only jobs in this state")
       ->type_name("STATE")
-      ->check(CLI::IsMember(std::vector<std::string>(std::begin(kStates), std::end(kStates)),
-                            CLI::ignore_case));
+      ->check(CLI::IsMember(StateWords(), CLI::ignore_case));
   command->add_option("--limit", options->limit, "Number of jobs (default 50)")
       ->check(CLI::Range(1, 10'000'000));
   command->add_flag("--all", options->all, "All of them");

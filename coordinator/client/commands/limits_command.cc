@@ -30,16 +30,7 @@ absl::StatusOr<ExitCode> ShowUsers(Session& session) {
   ASSIGN_OR_RETURN(const v1::ListUsersReply reply, connection->ListUsers());
   if (session.options.json) {
     nlohmann::ordered_json json = {{"users", nlohmann::ordered_json::array()}};
-    for (const v1::UserStatus& user : reply.users()) {
-      json["users"].push_back({{"user", user.user()},
-                               {"running", user.running()},
-                               {"max_running", user.max_running()},
-                               {"studies", user.studies()},
-                               {"max_studies", user.max_studies()},
-                               {"waiting_pairs", user.waiting_pairs()},
-                               {"max_waiting_pairs", user.max_waiting_pairs()},
-                               {"rule", user.rule()}});
-    }
+    for (const v1::UserStatus& user : reply.users()) json["users"].push_back(UserJson(user));
     session.PrintJson(json);
     return kExitOk;
   }

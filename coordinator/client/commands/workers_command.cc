@@ -4,20 +4,10 @@
 #include "coordinator/client/command.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
+#include "coordinator/view/status_view.h"
 
 namespace parallax::client {
 namespace {
-
-std::vector<std::string> KindNames(const v1::WorkerStatus& worker) {
-  return {worker.kinds().begin(), worker.kinds().end()};
-}
-
-nlohmann::ordered_json WorkerJson(const v1::WorkerStatus& worker) {
-  return {{"name", worker.name()},       {"state", LowerName(worker.state())},
-          {"kinds", KindNames(worker)},  {"slots", worker.slots()},
-          {"running", worker.running()}, {"last_heard_s", worker.last_heard_s()},
-          {"version", worker.version()}, {"drained_by", worker.drained_by()}};
-}
 
 nlohmann::ordered_json DrainJson(const v1::DrainOrder& drain) {
   return {{"pattern", drain.pattern()},
@@ -64,8 +54,8 @@ absl::StatusOr<ExitCode> Workers(Session& session) {
                {"VERSION"}});
   for (const v1::WorkerStatus& worker : reply.workers()) {
     std::string kinds;
-    for (const std::string& name : KindNames(worker)) kinds += (kinds.empty() ? "" : ",") + name;
-    table.AddRow({worker.name(), LowerName(worker.state()), kinds, std::to_string(worker.running()),
+    for (const std::string& name : worker.kinds()) kinds += (kinds.empty() ? "" : ",") + name;
+    table.AddRow({worker.name(), worker.state(), kinds, std::to_string(worker.running()),
                   std::to_string(worker.slots()), FormatDuration(worker.last_heard_s()) + " ago",
                   worker.version()});
   }

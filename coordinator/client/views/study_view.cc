@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "coordinator/client/views/progress.h"
 #include "coordinator/client/views/text.h"
@@ -13,8 +12,6 @@
 
 namespace parallax::client {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 int64_t JobsIn(const v1::StudyStatus& study, std::string_view kind,
                std::initializer_list<const char*> states) {
@@ -25,59 +22,12 @@ int64_t JobsIn(const v1::StudyStatus& study, std::string_view kind,
   return jobs;
 }
 
-// "solve_jobs": {"ready": 2}, for each kind of this release and each that the coordinator has.
-void AddJobs(const v1::VariantStatus& variant, Json& json) {
-  for (const std::string& kind : KindRegistry::Builtin().Names()) {
-    json[kind + "_jobs"] = Json::object();
-  }
-  for (const v1::JobCount& count : variant.jobs()) {
-    json[count.kind() + "_jobs"][LowerName(count.state())] = count.jobs();
-  }
-}
-
 // Zero is nothing to read.
 std::string Quiet(const Terminal& terminal, int64_t count, Tone tone = Tone::kPlain) {
   return count == 0 ? terminal.Paint(Tone::kDim, "-") : terminal.Paint(tone, FormatCount(count));
 }
 
-Json CountsFields(const PairCounts& counts) {
-  return {{"pairs_wanted", counts.wanted},         {"pairs_done", counts.done},
-          {"frames_reused", counts.reused},        {"solves_done", counts.solves_done},
-          {"solves_reused", counts.solves_reused}, {"layouts_reused", counts.layouts_reused},
-          {"scenes_rejected", counts.rejected},    {"jobs_failed", counts.failed}};
-}
-
 }  // namespace
-
-PairCounts CountsOf(const v1::VariantStatus& variant) {
-  PairCounts counts;
-  counts.wanted = variant.pairs_wanted();
-  counts.done = variant.pairs_done();
-  counts.reused = variant.frames_reused();
-  counts.rejected = variant.scenes_rejected();
-  const KindRegistry& kinds = KindRegistry::Builtin();
-  counts.solves_done = JobsInState(variant, "SUCCEEDED", kinds[kinds.begins_scenes()].name());
-  counts.solves_reused = variant.solves_reused();
-  counts.layouts_reused = variant.layouts_reused();
-  counts.failed = JobsInState(variant, "FAILED") + JobsInState(variant, "QUARANTINED");
-  return counts;
-}
-
-PairCounts CountsOf(const v1::StudyStatus& study) {
-  PairCounts sum;
-  for (const v1::VariantStatus& variant : study.variants()) {
-    const PairCounts counts = CountsOf(variant);
-    sum.wanted += counts.wanted;
-    sum.done += counts.done;
-    sum.reused += counts.reused;
-    sum.rejected += counts.rejected;
-    sum.failed += counts.failed;
-    sum.solves_done += counts.solves_done;
-    sum.solves_reused += counts.solves_reused;
-    sum.layouts_reused += counts.layouts_reused;
-  }
-  return sum;
-}
 
 std::vector<std::string> OtherJobLines(const v1::StudyStatus& study) {
   std::vector<std::string> lines;
@@ -136,26 +86,6 @@ std::string WaitingText(const v1::WaitingJobs& jobs) {
 bool WantsAttention(const v1::WaitingJobs& jobs) {
   const std::string& reason = jobs.reason();
   return reason != "busy" && reason != "starting" && reason != "limit" && reason != "pause";
-}
-
-Json WaitingJson(const google::protobuf::RepeatedPtrField<v1::WaitingJobs>& waiting) {
-  Json list = Json::array();
-  for (const v1::WaitingJobs& jobs : waiting) {
-    list.push_back({{"kind", jobs.kind()},
-                    {"jobs", jobs.jobs()},
-                    {"reason", jobs.reason()},
-                    {"text", jobs.text()}});
-  }
-  return list;
-}
-
-bool IsFinished(v1::StudyState state) {
-  return state == v1::STUDY_STATE_SUCCEEDED || state == v1::STUDY_STATE_CANCELLED ||
-         state == v1::STUDY_STATE_FAILED;
-}
-
-std::string StateName(v1::StudyState state) {
-  return LowerName(v1::StudyState_Name(state), "STUDY_STATE_");
 }
 
 Tone StateTone(v1::StudyState state) {
@@ -324,36 +254,6 @@ std::vector<std::string> ProblemLines(const Terminal& terminal, const v1::StudyS
         FirstLine(group.problem->error())));
   }
   return lines;
-}
-
-Json StudyJson(const v1::StudyStatus& study) {
-  Json json = {{"study_id", study.study_id()},
-               {"name", study.name()},
-               {"state", StateName(study.state())},
-               {"user", study.user()},
-               {"max_running", study.max_running()},
-               {"at_limit", study.at_limit()},
-               {"held_jobs", study.held_jobs()},
-               {"waiting", WaitingJson(study.waiting())},
-               {"submitted_unix_s", study.submitted_unix_s()},
-               {"finished_unix_s", study.finished_unix_s()}};
-  json.update(CountsFields(CountsOf(study)));
-  Json& variants = json["variants"] = Json::array();
-  for (const v1::VariantStatus& variant : study.variants()) {
-    Json entry = {{"name", variant.name()}};
-    entry.update(CountsFields(CountsOf(variant)));
-    AddJobs(variant, entry);
-    Json& problems = entry["problems"] = Json::array();
-    for (const v1::JobProblem& problem : variant.problems()) {
-      const bool has_scene = problem.job_id() != 0 && problem.scene() != kNoScene;
-      problems.push_back({{"job_id", problem.job_id()},
-                          {"state", LowerName(problem.state())},
-                          {"scene", has_scene ? Json(problem.scene()) : Json(nullptr)},
-                          {"error", problem.error()}});
-    }
-    variants.push_back(std::move(entry));
-  }
-  return json;
 }
 
 }  // namespace parallax::client

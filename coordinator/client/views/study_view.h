@@ -1,30 +1,14 @@
-// Shows a study's status as text and as JSON. Counters get their names on the screen only here.
+// Shows a study's status as text.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "coordinator/client/views/terminal.h"
-#include "coordinator/study/job_counts.h"
+#include "coordinator/view/status_view.h"
 #include "parallax/v1/service.pb.h"
 
 namespace parallax::client {
-
-// The counters that are shown of a variant, or their sums over a study.
-struct PairCounts {
-  int64_t wanted = 0;
-  int64_t done = 0;
-  int64_t reused = 0;
-  int64_t rejected = 0;  // Scenes.
-  int64_t failed = 0;    // Jobs that failed or were quarantined.
-  int64_t solves_done = 0;
-  int64_t solves_reused = 0;
-  int64_t layouts_reused = 0;
-};
-// Return the counters of one variant, or of all variants together.
-PairCounts CountsOf(const v1::VariantStatus& variant);
-PairCounts CountsOf(const v1::StudyStatus& study);
 
 // Returns a line for each kind of job without scenes that the study has: "train: 2 done, 1 running,
 // 3 to come".
@@ -40,13 +24,6 @@ std::string WaitingText(const v1::WaitingJobs& jobs);
 // Returns whether somebody must do something before these jobs can run. Time alone helps those that
 // wait for a free worker or a limit; a study is paused on purpose.
 bool WantsAttention(const v1::WaitingJobs& jobs);
-// Returns an array with an object {kind, jobs, reason, text} each.
-nlohmann::ordered_json WaitingJson(
-    const google::protobuf::RepeatedPtrField<v1::WaitingJobs>& waiting);
-
-// Returns whether a study in this state has ended.
-bool IsFinished(v1::StudyState state);
-std::string StateName(v1::StudyState state);  // "running"
 Tone StateTone(v1::StudyState state);
 // Returns the state's name in the state's tone.
 std::string PaintedState(const Terminal& terminal, v1::StudyState state);
@@ -64,7 +41,5 @@ std::string PlaceOf(const v1::JobStatus& job);
 // those left out.
 std::vector<std::string> ProblemLines(const Terminal& terminal, const v1::StudyStatus& study,
                                       size_t most);
-
-nlohmann::ordered_json StudyJson(const v1::StudyStatus& study);
 
 }  // namespace parallax::client

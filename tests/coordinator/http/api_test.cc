@@ -263,13 +263,13 @@ TEST_F(ApiTest, TellsOfAFarmAtWork) {
   EXPECT_EQ(farm["pairs"]["done"], 8);
   EXPECT_EQ(farm["studies"][0]["name"], "odd");
   EXPECT_EQ(farm["studies"][0]["state"], "succeeded");
-  EXPECT_EQ(Json(*client, "/api/v1/studies")["studies"][0]["id"], study);
+  EXPECT_EQ(Json(*client, "/api/v1/studies")["studies"][0]["study_id"], study);
   EXPECT_EQ(Json(*client, "/api/v1/history")["unix_s"].size(), 1u);
   EXPECT_EQ(Json(*client, "/api/v1/workers")["workers"].size(), 0u);
   const json one = Json(*client, "/api/v1/studies/" + std::to_string(study));
-  EXPECT_EQ(one["variant_list"][1]["name"], "wide");
-  EXPECT_EQ(one["variant_list"][1]["done"], 4);
-  EXPECT_EQ(one["variant_list"][0]["jobs"]["render"]["SUCCEEDED"], 2);
+  EXPECT_EQ(one["variants"][1]["name"], "wide");
+  EXPECT_EQ(one["variants"][1]["pairs_done"], 4);
+  EXPECT_EQ(one["variants"][0]["render_jobs"]["succeeded"], 2);
   EXPECT_THAT(Actions(one), testing::ElementsAre("forget")) << "nothing else is left to do";
   EXPECT_EQ(client->Get("/api/v1/studies/77")->status, 404);
   EXPECT_EQ(client->Get("/api/v1/studies?limit=0")->status, 400);

@@ -53,6 +53,9 @@ export const stateWord = (state) => WORDS[state] || state;
 export const tone = (state) => TONES[state] || "soft";
 export const STATES = ["LEASED", "READY", "BLOCKED", "RETRY_WAIT", "FAILED", "QUARANTINED", "REJECTED",
   "CANCELLED", "SUCCEEDED"];
+// How many jobs of a variant are in a state: the sum over its `solve_jobs`, `render_jobs`...
+export const jobsIn = (variant, state) => Object.entries(variant).reduce(
+  (sum, [name, jobs]) => sum + (name.endsWith("_jobs") && jobs[state.toLowerCase()] || 0), 0);
 
 export const Tag = ({ state }) => html`<span class="tag ${tone(state)}"><i aria-hidden="true"></i>${stateWord(state)}</span>`;
 

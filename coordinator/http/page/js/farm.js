@@ -42,13 +42,13 @@ export function StudyRow({ study, now }) {
   const left = study.eta_s !== null && study.state === "running" ? `${about(study.eta_s)} left`
     : over ? `in ${duration(over - study.submitted_unix_s)}` : `for ${duration(now - study.submitted_unix_s)}`;
   return html`<tr class="link" onClick=${follow}>
-    <th scope="row"><a href="#/study/${study.id}">${study.name}</a> <small>#${study.id}</small></th>
+    <th scope="row"><a href="#/study/${study.study_id}">${study.name}</a> <small>#${study.study_id}</small></th>
     <td><${Tag} state=${study.state} />${study.at_limit ? html` <small class="warn" title="${count(study.held_jobs)} jobs held back by ${study.at_limit}">at limit</small>` : ""}
       ${study.waiting.filter(wantsAttention).map((w) => html` <small class="warn" title=${w.text}>${count(w.jobs)} stuck: ${w.reason.replace("_", " ")}</small>`)}</td>
-    <td class="wide"><${Bar} ...${study} /></td>
-    <td class="num">${count(study.done)}<span class="soft"> / ${count(study.wanted)}</span></td>
-    <td class="num soft optional">${plural(study.variants, "variant")}</td>
-    <td class="num optional">${study.problems ? html`<span class="bad">${plural(study.problems, "problem")}</span>` : ""}</td>
+    <td class="wide"><${Bar} done=${study.pairs_done} wanted=${study.pairs_wanted} state=${study.state} /></td>
+    <td class="num">${count(study.pairs_done)}<span class="soft"> / ${count(study.pairs_wanted)}</span></td>
+    <td class="num soft optional">${plural(study.variant_count, "variant")}</td>
+    <td class="num optional">${study.jobs_failed ? html`<span class="bad">${plural(study.jobs_failed, "problem")}</span>` : ""}</td>
     <td class="num soft">${left}</td>
   </tr>`;
 }
@@ -56,8 +56,8 @@ export function StudyRow({ study, now }) {
 function Studies({ farm }) {
   const [older, setOlder] = useState([]);
   const [end, setEnd] = useState(false);
-  const all = [...farm.studies, ...older.filter((o) => !farm.studies.some((s) => s.id === o.id))];
-  const more = () => get(`studies?before=${all[all.length - 1].id}`).then(({ studies }) => {
+  const all = [...farm.studies, ...older.filter((o) => !farm.studies.some((s) => s.study_id === o.study_id))];
+  const more = () => get(`studies?before=${all[all.length - 1].study_id}`).then(({ studies }) => {
     setOlder([...older, ...studies]);
     setEnd(studies.length < 50);
   });
@@ -65,7 +65,7 @@ function Studies({ farm }) {
     return html`<${Empty}>Nothing submitted yet. <code>parallax submit STUDY.yaml</code> adds a study.<//>`;
   }
   return html`<table class="studies"><thead class="visually-hidden"><tr><th>study</th><th>state</th><th>progress</th><th>pairs</th><th>variants</th><th>problems</th><th>time</th></tr></thead>
-    <tbody>${all.map((s) => html`<${StudyRow} key=${s.id} study=${s} now=${farm.now_unix_s} />`)}</tbody></table>
+    <tbody>${all.map((s) => html`<${StudyRow} key=${s.study_id} study=${s} now=${farm.now_unix_s} />`)}</tbody></table>
     ${farm.studies.length >= 50 && !end && html`<button class="more" onClick=${more}>Older studies</button>`}`;
 }
 

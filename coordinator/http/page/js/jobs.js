@@ -1,7 +1,7 @@
 // Jobs of a study, by state.
 import { html, useEffect, useRef, useState } from "/vendor/preact-htm.js";
 import { get, useApi } from "./api.js";
-import { Card, Empty, Head, STATES, Tag, Waiting, count, errorLine, follow, jobName, stateWord } from "./common.js";
+import { Card, Empty, Head, STATES, Tag, Waiting, count, errorLine, follow, jobName, jobsIn, stateWord } from "./common.js";
 
 const AT_ONCE = 300;
 
@@ -31,8 +31,7 @@ export function Jobs({ numbers: [id], query }) {
   const jobs = useApi(path);
   const behind = useMore(path, jobs.data);
   const name = study.data ? study.data.name : `study ${id}`;
-  const there = Object.fromEntries(STATES.map((s) => [s, (study.data?.variant_list || [])
-    .reduce((sum, v) => sum + Object.values(v.jobs).reduce((t, states) => t + (states[s] || 0), 0), 0)]));
+  const there = Object.fromEntries(STATES.map((s) => [s, (study.data?.variants || []).reduce((sum, v) => sum + jobsIn(v, s), 0)]));
   const total = state ? there[state] : Object.values(there).reduce((a, b) => a + b, 0);
   // A job that has changed its state meanwhile is in two pages.
   const seen = new Set();

@@ -2,7 +2,7 @@
 import { html, useEffect, useRef, useState } from "/vendor/preact-htm.js";
 import { ask, post, useApi } from "./api.js";
 import { LineChart } from "./charts.js";
-import { Bar, Card, Empty, Fact, Head, Reasons, STATES, Tag, Waiting, about, count, duration, errorLine, figure, moment, plural, stateWord, tone } from "./common.js";
+import { Bar, Card, Empty, Fact, Head, Reasons, STATES, Tag, Waiting, about, count, duration, errorLine, figure, jobsIn, moment, plural, stateWord, tone } from "./common.js";
 import { curvePoints } from "./job.js";
 import { Wall } from "./wall.js";
 
@@ -21,7 +21,7 @@ function Actions({ study, put }) {
   const [reason, setReason] = useState("");
   const [number, setNumber] = useState(0);
   const [problem, setProblem] = useState("");
-  const act = (action, why) => post(`studies/${study.id}/${action}`, { reason: why, ...(ACTIONS[action].number && { max_running: Number(number) }) }).then((after) => {
+  const act = (action, why) => post(`studies/${study.study_id}/${action}`, { reason: why, ...(ACTIONS[action].number && { max_running: Number(number) }) }).then((after) => {
     setProblem("");
     dialog.current.close();
     if (after.forgotten) location.hash = "#/";
@@ -53,25 +53,25 @@ function Actions({ study, put }) {
     </form>`}</dialog>`;
 }
 
-const sumOf = (variant, state) => Object.values(variant.jobs).reduce((sum, states) => sum + (states[state] || 0), 0);
-
 function Variants({ study }) {
   return html`<div class="scroll"><table class="variants">
     <thead><tr><th scope="col">variant</th><th scope="col" class="wide"><span class="visually-hidden">progress</span></th><th scope="col" class="num">pairs</th>
       <th scope="col">jobs</th><th scope="col" class="num optional">seeds rejected</th><th scope="col" class="num optional">work reused</th></tr></thead>
-    <tbody>${study.variant_list.map((v) => html`<tr>
+    <tbody>${study.variants.map((v) => html`<tr>
       <th scope="row">${v.name}</th>
-      <td class="wide"><${Bar} done=${v.done} wanted=${v.wanted} state=${study.state} /></td>
-      <td class="num">${count(v.done)}<span class="soft"> / ${count(v.wanted)}</span></td>
-      <td class="states">${STATES.filter((s) => s !== "SUCCEEDED" && s !== "REJECTED" && sumOf(v, s)).map((s) => html`<span class=${tone(s)}>${count(sumOf(v, s))} ${stateWord(s)}</span>`)}</td>
+      <td class="wide"><${Bar} done=${v.pairs_done} wanted=${v.pairs_wanted} state=${study.state} /></td>
+      <td class="num">${count(v.pairs_done)}<span class="soft"> / ${count(v.pairs_wanted)}</span></td>
+      <td class="states">${STATES.filter((s) => s !== "SUCCEEDED" && s !== "REJECTED" && jobsIn(v, s)).map((s) => html`<span class=${tone(s)}>${count(jobsIn(v, s))} ${stateWord(s)}</span>`)}</td>
       <td class="num soft optional">${v.scenes_rejected || ""}</td>
       <td class="num soft optional">${v.solves_reused + v.layouts_reused + v.frames_reused || ""}</td>
     </tr>`)}</tbody></table></div>`;
 }
 
+const gaveUp = (study) => study.variants.flatMap((v) => v.problems.filter((p) => p.state === "gave_up").map((p) => [v.name, p.error]));
+
 function Problems({ study }) {
   return html`<ul class="causes">
-    ${study.gave_up.map((g) => html`<li><div class="bad">${g.variant} gave up</div><pre>${g.error}</pre></li>`)}
+    ${gaveUp(study).map(([variant, error]) => html`<li><div class="bad">${variant} gave up</div><pre>${error}</pre></li>`)}
     ${study.causes.map((c) => html`<li>
       <div><strong>${plural(c.jobs, "job")}</strong> <span class="soft">${c.kind} · ${Object.entries(c.states).map(([s, n]) => `${count(n)} ${stateWord(s)}`).join(", ")} · last ${moment(c.newest_unix_s)}</span></div>
       <pre>${errorLine(c.error)}</pre>
@@ -81,7 +81,7 @@ function Problems({ study }) {
 }
 
 function Scores({ study }) {
-  const scores = useApi(`studies/${study.id}/scores`);
+  const scores = useApi(`studies/${study.study_id}/scores`);
   if (!scores.data) return html`<${Waiting} of=${scores} />`;
   const { rows, curves } = scores.data;
   const benchmarks = [...new Set(rows.map((r) => r.benchmark))];
@@ -105,7 +105,7 @@ function Scores({ study }) {
 
 // The table with intervals and verdicts, as `parallax table` prints it.
 function ResultTable({ study }) {
-  const asked = useApi(`studies/${study.id}/table`);
+  const asked = useApi(`studies/${study.study_id}/table`);
   if (!asked.data?.text) return asked.error && asked.error.status !== 404 ? html`<p class="soft">${asked.error.message}</p>` : null;
   return html`<pre class="code tall" tabindex="0" aria-label="Table of results with intervals and verdicts">${asked.data.text}</pre>`;
 }
@@ -114,7 +114,7 @@ const MOST_CURVES = 24;
 
 // The loss of each finished training over its steps.
 function Losses({ study }) {
-  const asked = useApi(`studies/${study.id}/results`);
+  const asked = useApi(`studies/${study.study_id}/results`);
   const trainings = (asked.data?.results || []).filter((r) => r.kind === "train" && r.files.includes("curve.csv")).slice(0, MOST_CURVES);
   const [curves, setCurves] = useState({});
   useEffect(() => {
@@ -131,21 +131,21 @@ export function Study({ numbers: [id] }) {
   const asked = useApi(`studies/${id}`);
   const study = asked.data;
   if (!study) return html`<${Head} trail=${[["Farm", "#/"]]} title="Study ${id}" /><${Waiting} of=${asked} />`;
-  const states = STATES.map((s) => [s, study.variant_list.reduce((sum, v) => sum + sumOf(v, s), 0)]).filter(([, n]) => n);
-  const share = study.wanted ? (100 * study.done) / study.wanted : 0;
+  const states = STATES.map((s) => [s, study.variants.reduce((sum, v) => sum + jobsIn(v, s), 0)]).filter(([, n]) => n);
+  const share = study.pairs_wanted ? (100 * study.pairs_done) / study.pairs_wanted : 0;
   return html`<${Head} trail=${[["Farm", "#/"]]} title=${study.name} tag=${html`<${Tag} state=${study.state} />`}><${Actions} study=${study} put=${asked.put} /><//>
     <dl class="facts">
-      <${Fact} name="pairs">${count(study.done)} <small>of ${count(study.wanted)}, ${share.toFixed(share < 10 || share >= 99.95 || share === 0 ? 0 : 1)} %</small><//>
+      <${Fact} name="pairs">${count(study.pairs_done)} <small>of ${count(study.pairs_wanted)}, ${share.toFixed(share < 10 || share >= 99.95 || share === 0 ? 0 : 1)} %</small><//>
       <${Fact} name=${study.finished_unix_s ? "took" : "left"}>${study.finished_unix_s ? duration(study.finished_unix_s - study.submitted_unix_s) : study.eta_s === null ? html`<small>not known yet</small>` : about(study.eta_s)}<//>
-      <${Fact} name="submitted">${moment(study.submitted_unix_s)} <small>#${study.id}</small><//>
+      <${Fact} name="submitted">${moment(study.submitted_unix_s)} <small>#${study.study_id}</small><//>
       ${(study.max_running > 0 || study.at_limit) && html`<${Fact} name="limit">${study.max_running > 0 ? html`${plural(study.max_running, "job")} <small>at a time</small>` : ""}
         ${study.at_limit && html` <small class="warn" id="at-limit">${plural(study.held_jobs, "job")} held back by ${study.at_limit}</small>`}<//>`}
       <${Fact} name="jobs"><span class="jobstates">${states.map(([s, n]) => html`<a href="#/study/${id}/jobs?state=${s}" class=${tone(s)}>${count(n)} ${stateWord(s)}</a>`)}</span><//>
     </dl>
-    ${(study.causes.length > 0 || study.gave_up.length > 0) && html`<${Card} title="Problems" id="problems" kind="problem"><${Problems} study=${study} /><//>`}
+    ${(study.causes.length > 0 || gaveUp(study).length > 0) && html`<${Card} title="Problems" id="problems" kind="problem"><${Problems} study=${study} /><//>`}
     ${study.waiting.length > 0 && html`<${Card} title="Waiting jobs" id="waiting"><${Reasons} waiting=${study.waiting} /><//>`}
     <${Card} title="Variants" id="variants" side=${html`<a href="#/study/${id}/jobs">all jobs</a>`}><${Variants} study=${study} /><//>
-    <${Card} title="Newest pairs" id="wall"><${Wall} study=${id} variants=${study.variant_list.map((v) => v.name)} /><//>
+    <${Card} title="Newest pairs" id="wall"><${Wall} study=${id} variants=${study.variants.map((v) => v.name)} /><//>
     ${study.trains && html`<${Card} title="Results" id="results"><${Scores} study=${study} /><${ResultTable} study=${study} /><//>`}
     ${study.trains && html`<${Losses} study=${study} />`}
     ${study.yaml && html`<${Card} id="source"><details><summary>The study as it was submitted</summary><pre class="code">${study.yaml}</pre></details><//>`}`;

@@ -2,7 +2,7 @@
 
 commands_test.py --bin BIN [--tree SOURCE] [--dist DIST] [--has WORD]... PAGE...
 BIN is the folder of the programs (of a build, or of an installed package). Each page runs in a folder of its own, its
-fences in order. The first line of a fence says what it is:
+fences in order; the pairs of one page serve the next. The first line of a fence says what it is:
 
   ```            or ```sh: commands, run by bash; lines that start a coordinator or a worker go to the background
   ```python      run by this Python
@@ -18,6 +18,7 @@ import argparse
 import json
 import os
 import re
+import resource
 import signal
 import socket
 import subprocess
@@ -40,7 +41,7 @@ NEEDS = {
 }
 FENCE_LIMIT_S = 600
 # What makes the commands short. Pairs, sizes and samples that a page names are replaced.
-SMALL = "--pairs 4 --rigs 4 --width 416 --height 234 --profile preview --samples 1"
+SMALL = "--pairs 2 --rigs 2 --width 416 --height 234 --profile preview --samples 1"
 SHORTER_COMMANDS = [
     (r" --(pairs|rigs|width|height|profile|samples) \S+(?=.*)", ""),
     (r"\bparallax (run|submit) ", rf"parallax \1 {SMALL} "),
@@ -101,6 +102,12 @@ def fences_of(page, name):
     return found
 
 
+def cpu_seconds():
+    """Of children that have ended: not of those in the background."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
 def free_port():
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
@@ -129,11 +136,12 @@ def short_commands(text):
 class Page:
     """A folder in which the fences of a page run, with the ports of its farm."""
 
-    def __init__(self, folder, bin_dir, tree, dist):
+    def __init__(self, folder, bin_dir, tree, dist, store):
         self.folder = Path(folder)
         self.ports = free_port(), free_port()
         self.environment = {**os.environ, "PATH": f"{bin_dir}:{os.environ['PATH']}", "PYTHONDONTWRITEBYTECODE": "1",
-                            "PARALLAX_TEST_PORT": str(self.ports[0]), "PARALLAX_COORDINATOR": f"127.0.0.1:{self.ports[0]}"}
+                            "PARALLAX_TEST_PORT": str(self.ports[0]), "PARALLAX_COORDINATOR": f"127.0.0.1:{self.ports[0]}",
+                            "PARALLAX_STORE": str(store)}
         if dist:
             (self.folder / "dist").symlink_to(dist)
         if tree:
@@ -226,7 +234,7 @@ def main():
                     folder = Path(work) / str(len(pages))
                     folder.mkdir()
                     page = Page(folder, options.bin.resolve(), options.tree and options.tree.resolve(),
-                                options.dist and options.dist.resolve())
+                                options.dist and options.dist.resolve(), Path(work) / "store")
                 pages[path.name] = page
                 for fence in fences:
                     if "file" in fence.attributes:
@@ -239,9 +247,10 @@ def main():
                         skipped += 1
                         print(f"skipped {fence.where}: needs {NEEDS[fence.needs]}", flush=True)
                         continue
+                    start_s, start_cpu_s = time.monotonic(), cpu_seconds()
                     page.run(fence)
                     ran += 1
-                    print(f"ran {fence.where}", flush=True)
+                    print(f"ran {fence.where} in {time.monotonic() - start_s:.0f} s, {cpu_seconds() - start_cpu_s:.0f} core-s", flush=True)
                 if path.name == "walk.md":
                     check_walk(page.folder)
         finally:

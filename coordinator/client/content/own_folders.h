@@ -1,6 +1,7 @@
 // Checks the user's own folders (pictures, textures, skies, meshes) and hashes their content.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <map>
 #include <string>
 #include <utility>
@@ -9,6 +10,9 @@
 #include "common/base/status.h"
 
 namespace parallax::client {
+
+// Adds --follow-links to a command that reads own folders.
+void AddFollowLinksOption(CLI::App& command);
 
 enum class ContentKind { kPictures, kTextures, kHdris, kMeshes };
 

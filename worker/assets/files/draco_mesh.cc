@@ -22,7 +22,7 @@ absl::StatusOr<DracoMesh> DracoMesh::Decode(std::string_view bytes) {
                            kMostTrianglesOfAFile);
   }
   for (uint32_t i = 0; i < mesh->num_faces(); ++i) {
-    for (const draco::PointIndex corner : mesh->face(draco::FaceIndex(i))) {
+    for (const draco::PointIndex& corner : mesh->face(draco::FaceIndex(i))) {
       if (corner.value() >= mesh->num_points()) {
         return InvalidArgument("its Draco data name a corner that is not there");
       }

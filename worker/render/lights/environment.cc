@@ -128,12 +128,17 @@ absl::StatusOr<std::shared_ptr<const Environment>> Environment::Read(const std::
   const absl::StatusOr<std::string> note = MendLight(*picture);
   if (!note.ok()) return WithContext(note.status(), path);
   if (!note->empty()) LogWarning("sky", {{"file", path}, {"note", *note}});
-  auto environment = Make(*picture);
+  auto environment = MakeNoted(*picture, *note);
   if (!environment.ok()) return WithContext(environment.status(), path);
   return environment;
 }
 
 absl::StatusOr<std::shared_ptr<const Environment>> Environment::Make(const ImageF3& picture) {
+  return MakeNoted(picture, "");
+}
+
+absl::StatusOr<std::shared_ptr<const Environment>> Environment::MakeNoted(const ImageF3& picture,
+                                                                          std::string note) {
   const int width = picture.width(), height = picture.height();
   if (height < 2 || std::abs(width - 2 * height) > 1) {
     return InvalidArgument(
@@ -144,6 +149,7 @@ absl::StatusOr<std::shared_ptr<const Environment>> Environment::Make(const Image
     return InvalidArgument("a value of {:f}, wanted finite ones of at least 0", value);
   }
   std::shared_ptr<Environment> environment(new Environment);
+  environment->note_ = std::move(note);
   environment->picture_ =
       AveragedDown(picture, (width + kWidestEnvironment - 1) / kWidestEnvironment);
   environment->MakeDensity();

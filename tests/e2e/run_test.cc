@@ -424,22 +424,6 @@ TEST_F(RunTest, DatasetsThatShareAStoreUseEachOthersPairs) {
   EXPECT_EQ(verify.Wait(), 0) << verify.Out() << verify.Err();
 }
 
-TEST_F(RunTest, OwnContentLeadsOutOfItsFolderOnlyByFollowLinks) {
-  fs::create_directories(dir_ + "/mine");
-  fs::create_symlink(dir_ + "/elsewhere.jpg", dir_ + "/mine/poster.jpg");
-  fs::copy_file(PARALLAX_A_PICTURE, dir_ + "/elsewhere.jpg");
-  std::ofstream(study_) << "study: tiny\nseed: 5\npairs: 1\nrigs_per_scene: 1\nvariants:\n"
-                           "  - name: narrow\n    set:\n"
-                           "      floating: {count: 1}\n"
-                           "      materials: {picture_dir: mine}\n"
-                           "      rigs: {count: 1, width_px: 64, height_px: 48}\n"
-                           "      render: {profile: preview, samples_per_pixel: 1}\n";
-  const auto refused = Start(dir_ + "/out");
-  EXPECT_EQ(refused->Wait(), 2);
-  EXPECT_THAT(refused->Err(), HasSubstr("outside of the folder; --follow-links allows it"));
-  EXPECT_EQ(Run(dir_ + "/out", {"--follow-links"})["pairs"], 1);
-}
-
 TEST_F(RunTest, OwnPairsAreABenchmarkOfAStudy) {
   fs::create_directories(dir_ + "/pairs");
   ASSERT_EQ(Run(dir_ + "/out")["pairs_rendered"], 4);
@@ -631,25 +615,6 @@ TEST_F(RunTest, AJobTooBigForTheMemoryFailsAloneAndItsWorkerGoesOn) {
   run->Wait();
   EXPECT_THAT(run->Err(), HasSubstr("2 of 4 pairs are done and kept"));
 }
-
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-TEST_F(RunTest, ALimitedAddressSpaceEndsTheRunInOneLine) {
-  // Of the coordinator inside of `run`, before and while workers render.
-  for (const char* space_kb : {"800000", "1200000"}) {
-    std::vector<std::string> command = {
-        "/bin/sh", "-c", std::string("ulimit -v ") + space_kb + "; exec \"$@\"", "sh"};
-    for (const std::string& word : Command(dir_ + "/out" + space_kb)) command.push_back(word);
-    Process run(command);
-    const int status = run.Wait(std::chrono::seconds(60));
-    ASSERT_NE(status, -1) << "it hangs: " << run.Err();
-    if (status == 0) continue;  // A machine of few threads needs less.
-    const std::string errors = run.Err();
-    const size_t last = errors.rfind('\n', errors.size() - 2) + 1;
-    EXPECT_THAT(errors.substr(last), HasSubstr("(ulimit -v)")) << errors;
-    EXPECT_EQ(errors.back(), '\n');
-  }
-}
-#endif
 
 }  // namespace
 }  // namespace parallax::e2e

@@ -68,10 +68,15 @@ absl::StatusOr<std::string> MendLight(ImageF3& picture) {
     value = value < 0 ? 0 : largest;
   }
   if (negative + infinite == 0) return "";
-  return fmt::format(
-      "{} values below 0 taken as 0, {} infinite ones as {:g}; the first at column {}, row {}",
-      negative, infinite, largest, first % static_cast<size_t>(picture.width()),
-      first / static_cast<size_t>(picture.width()));
+  std::string text;
+  if (negative > 0) text = fmt::format("{} values below 0 taken as 0", negative);
+  if (infinite > 0) {
+    text +=
+        fmt::format("{}{} infinite values as {:g}", text.empty() ? "" : ", ", infinite, largest);
+  }
+  return fmt::format("{}; the first at column {}, row {}", text,
+                     first % static_cast<size_t>(picture.width()),
+                     first / static_cast<size_t>(picture.width()));
 }
 
 float PixelLuminance(const ImageF3& image, int x, int y) {

@@ -1,5 +1,6 @@
 // Names of pictures in a user's folder: any names end in sets of textures whose pictures can be
 // opened, or in an error. The input is a name a line.
+#include <cctype>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -12,7 +13,8 @@
 #include "worker/materials/pictures/texture_sets.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  static const std::string picture = *parallax::EncodePng(parallax::ImageRgb8(2, 2, 90));
+  static const std::string png = *parallax::EncodePng(parallax::ImageRgb8(2, 2, 90));
+  static const std::string exr = *parallax::EncodeExrRgb(parallax::ImageF3(2, 2, 0.4f));
   const std::string dir = parallax::FuzzFolder() + "/sets";
   std::error_code error;
   std::filesystem::remove_all(dir, error);
@@ -21,7 +23,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   int count = 0;
   for (std::string name; std::getline(names, name) && count < 12; ++count) {
     if (name.find('/') != name.npos) continue;
-    (void)parallax::WriteFile(dir + "/" + name, picture);
+    std::string lower = name;
+    for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    (void)parallax::WriteFile(dir + "/" + name, lower.ends_with(".exr") ? exr : png);
   }
   const auto folder = parallax::ReadTextureFolder(dir);
   if (!folder.ok()) return 0;

@@ -2,12 +2,13 @@
 // error. The files l.png, r.png, "a b.png", d.pfm and d.png are there.
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <string>
 
 #include "common/base/system/file.h"
 #include "common/image/io.h"
 #include "tests/fuzz/fuzz_folder.h"
-#include "worker/evaluate/own_benchmark.h"
+#include "worker/evaluate/benchmarks/kinds.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string& dir = parallax::FuzzFolder();
@@ -22,18 +23,26 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string list = dir + "/pairs.txt";
   const std::string text(reinterpret_cast<const char*>(data), size);
   if (!made || !parallax::WriteFile(list, text).ok()) return 0;
-  const auto opened = parallax::OpenBenchmark("list:" + list, "");
+  static const parallax::BenchmarkKind kind = [] {
+    std::vector<parallax::BenchmarkKind> kinds;
+    parallax::AddPairList(kinds);
+    return kinds.front();
+  }();
+  const auto opened = kind.open(list);
   if (!opened.ok()) return 0;
   for (const parallax::BenchmarkPair& pair : opened->pairs) (void)pair.read_truth();
-  // Its copy, as a worker gets it.
-  parallax::v1::OwnBenchmark own;
-  own.set_list("pairs.txt");
-  const auto files = parallax::ReadOwnBenchmark(own, list);
-  if (!files.ok()) return 0;
-  const std::string copy = dir + "/copy.txt";
-  std::string there = files->list;
-  size_t lines = 0;
-  for (const parallax::OwnBenchmarkFile& file : files->files) lines += file.path.empty() ? 0 : 1;
-  if (lines < opened->pairs.size() || !parallax::WriteFile(copy, there).ok()) std::abort();
+  // Its copy, as a worker gets it, in which the files have other names.
+  const std::string copy = dir + "/copy/";
+  std::filesystem::remove_all(copy);
+  for (const parallax::BenchmarkFile& file : opened->files) {
+    std::filesystem::create_directories(std::filesystem::path(copy + file.name).parent_path());
+    (void)parallax::WriteFile(copy + file.name, "");
+  }
+  if (!parallax::WriteFile(copy + "list.txt", opened->list).ok()) return 0;
+  const auto again = kind.open(copy + "list.txt");
+  if (!again.ok() || again->pairs.size() != opened->pairs.size()) {
+    std::fprintf(stderr, "its copy: %s\n", again.status().ToString().c_str());
+    std::abort();
+  }
   return 0;
 }

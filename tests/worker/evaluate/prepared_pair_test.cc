@@ -13,6 +13,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 constexpr int kWidth = 160, kHeight = 60, kDisparity_px = 13;
@@ -61,6 +62,9 @@ TEST(PreparedPair, SwappedEyesAreNoted) {
   ASSERT_TRUE(swapped.ok()) << swapped.status();
   ASSERT_EQ(swapped->notes.size(), 1u);
   EXPECT_THAT(swapped->notes[0], HasSubstr("pair pair7: its pictures look swapped"));
+  const auto same = Checked(View(0), View(0), truth_px);
+  ASSERT_TRUE(same.ok()) << same.status();
+  EXPECT_THAT(same->notes, ElementsAre("pair pair7: its two pictures are the same"));
   // Truth that fits neither way says nothing of the eyes.
   const auto other = Checked(View(0), View(29), truth_px);
   ASSERT_TRUE(other.ok()) << other.status();

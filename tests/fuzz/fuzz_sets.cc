@@ -22,7 +22,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   std::istringstream names(std::string(reinterpret_cast<const char*>(data), size));
   int count = 0;
   for (std::string name; std::getline(names, name) && count < 12; ++count) {
-    if (name.find('/') != name.npos) continue;
+    if (name.find('/') != name.npos || name.find('\0') != name.npos) continue;
     std::string lower = name;
     for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     (void)parallax::WriteFile(dir + "/" + name, lower.ends_with(".exr") ? exr : png);

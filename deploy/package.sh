@@ -19,7 +19,8 @@ readonly C_LIBRARY=(ld-linux-x86-64.so.2 libc.so.6 libm.so.6 libmvec.so.1 libdl.
 # Debian's libtorch asks for them (package/collect_libraries.py): windows, videos, and files of pictures by OpenCV.
 readonly UNUSED=('libopencv_highgui.*' 'libopencv_imgcodecs.*' 'libopencv_optflow.*' 'libopencv_video.*' 'libopencv_videoio.*'
   'libopencv_ximgproc.*' 'libav*.so.*' 'libsw*.so.*')
-# Debian 11's glibc is 2.31, RHEL 7's 2.17; pip asks for the system's glibc, the programs don't.
+# RHEL 7 has glibc 2.17 and Linux 3.10. pip asks for the system's glibc; the programs bring theirs, and run with the
+# system calls of that kernel (package/without_new_system_calls.py).
 readonly WHEEL_TAG=manylinux2014_x86_64.manylinux_2_17_x86_64
 
 readonly BENCHMARKS=${PARALLAX_BENCHMARKS_ROOT:-/opt/parallax/benchmarks}
@@ -165,6 +166,7 @@ make_deb() {
   for program in "$@"; do ln -s "../lib/parallax/bin/$program" "$root/usr/bin/$program"; done
   if [ -e "$tree/share/parallax/systemd" ]; then
     for part in parallax bash-completion zsh fish man; do cp -r "$tree/share/$part" "$root/usr/share/$part"; done
+    mv "$root/usr/share/zsh/site-functions" "$root/usr/share/zsh/vendor-completions"  # Where Debian's zsh looks.
     ln -s ../../share "$root/usr/lib/parallax/share"
     installed_as deb "$root/usr"
     mkdir -p "$root/usr/lib/systemd/system"

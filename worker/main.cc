@@ -7,6 +7,7 @@
 #include "worker/agent/worker_program.h"
 #include "worker/jobs/jobs.h"
 #include "worker/jobs/offered_tags.h"
+#include "worker/materials/pictures/picture_folder.h"
 #include "worker/materials/pictures/user_picture.h"
 
 int main(int argc, char** argv) {
@@ -19,6 +20,7 @@ int main(int argc, char** argv) {
         threads = std::make_unique<tbb::global_control>(
             tbb::global_control::max_allowed_parallelism, static_cast<size_t>(settings.threads));
         parallax::SetPictureRoot(settings.picture_root);
+        parallax::SetFollowLinks(settings.follow_links);
         options->cores =
             std::make_unique<parallax::CoreShare>(settings.cores_dir, settings.threads);
         options->frame_cache = {settings.cache_dir, settings.cache_bytes};

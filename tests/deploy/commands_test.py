@@ -2,7 +2,7 @@
 
 commands_test.py --bin BIN [--tree SOURCE] [--dist DIST] [--has WORD]... PAGE...
 BIN is the folder of the programs (of a build, or of an installed package). Each page runs in a folder of its own, its
-fences in order. The first line of a fence says what it is:
+fences in order; the pairs of one page serve the next. The first line of a fence says what it is:
 
   ```            or ```sh: commands, run by bash; lines that start a coordinator or a worker go to the background
   ```python      run by this Python
@@ -18,6 +18,7 @@ import argparse
 import json
 import os
 import re
+import resource
 import signal
 import socket
 import subprocess
@@ -40,11 +41,8 @@ NEEDS = {
 }
 FENCE_LIMIT_S = 600
 # What makes the commands short. Pairs, sizes and samples that a page names are replaced.
-SMALL = "--pairs 4 --rigs 4 --width 416 --height 234 --profile preview --samples 1"
-SHORTER_COMMANDS = [
-    (r" --(pairs|rigs|width|height|profile|samples) \S+(?=.*)", ""),
-    (r"\bparallax (run|submit) ", rf"parallax \1 {SMALL} "),
-]
+SMALL = "--pairs 2 --rigs 2 --profile preview --samples 1 --width {} --height {}"
+TO_TRAIN, TO_SEE = (416, 234), (208, 117)  # The built-in trainer's crops are of 384 x 192.
 # A network of two steps misses nearly all pixels, and `curate` would leave no pair.
 SHORTER_TRAINING = [(r"--steps \d+", "--steps 2"), (r"--max-share \S+", "--max-share 0.999")]
 SHORTER_STUDIES = [(r"\bsteps: \d+", "steps: 2"), (r"\bseeds: \d+", "seeds: 1"), (r"\bheldout_pairs: \d+", "heldout_pairs: 1")]
@@ -101,6 +99,12 @@ def fences_of(page, name):
     return found
 
 
+def cpu_seconds():
+    """Of children that have ended: not of those in the background."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
 def free_port():
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
@@ -113,12 +117,14 @@ def replace_all(pairs, text):
     return text
 
 
-def short_commands(text):
+def short_commands(text, size):
     text = text.replace("\\\n", " ")
     lines = []
     for line in text.splitlines():
         if re.match(r"parallax (run|submit) ", line):
-            line = replace_all(SHORTER_COMMANDS, line)
+            line = re.sub(r" --(pairs|rigs|width|height|profile|samples) \S+", "", line)
+            line = re.sub(r"\bparallax (run|submit) ", rf"parallax \1 {SMALL.format(*size)} ", line)
+            line = line.replace("parallax run ", "parallax run --workers 1 ")  # Two would build each scene twice.
         line = replace_all(SHORTER_TRAINING, line)
         if re.match(r"(coordinator serve|worker) ", line):
             line = "background " + line
@@ -129,11 +135,12 @@ def short_commands(text):
 class Page:
     """A folder in which the fences of a page run, with the ports of its farm."""
 
-    def __init__(self, folder, bin_dir, tree, dist):
-        self.folder = Path(folder)
+    def __init__(self, folder, bin_dir, tree, dist, store, size):
+        self.folder, self.size = Path(folder), size
         self.ports = free_port(), free_port()
         self.environment = {**os.environ, "PATH": f"{bin_dir}:{os.environ['PATH']}", "PYTHONDONTWRITEBYTECODE": "1",
-                            "PARALLAX_TEST_PORT": str(self.ports[0]), "PARALLAX_COORDINATOR": f"127.0.0.1:{self.ports[0]}"}
+                            "PARALLAX_TEST_PORT": str(self.ports[0]), "PARALLAX_COORDINATOR": f"127.0.0.1:{self.ports[0]}",
+                            "PARALLAX_STORE": str(store)}
         if dist:
             (self.folder / "dist").symlink_to(dist)
         if tree:
@@ -161,7 +168,7 @@ class Page:
             (self.folder / "fence.py").write_text(fence.text)
             script = f"'{sys.executable}' fence.py"
         else:
-            script = BACKGROUND + self.on_loopback(short_commands(fence.text))
+            script = BACKGROUND + self.on_loopback(short_commands(fence.text, self.size))
         # A file takes the output: whoever runs in the background would hold a pipe open.
         with open(self.folder / "output.log", "w+") as output:
             done = subprocess.Popen(["bash", "-euo", "pipefail", "-c", script], cwd=self.folder, env=self.environment,
@@ -188,6 +195,7 @@ class Page:
                 except ProcessLookupError:
                     break
                 time.sleep(0.1)
+        pids.unlink(missing_ok=True)
 
 
 def check_walk(folder):
@@ -213,12 +221,15 @@ def main():
     options = arguments.parse_args()
     ran = skipped = 0
     pages = {}
+    fences_by_path = {path: fences_of(path, "/".join(path.parts[-2:])) for path in options.pages}
+    after_by_path = {path: next((fence.attributes["after"] for fence in fences if "after" in fence.attributes), None)
+                     for path, fences in fences_by_path.items()}
+    trained = {after_by_path[path] or path.name for path, fences in fences_by_path.items()
+               if any(re.search(r"\btrain", fence.text) for fence in fences)}
     with tempfile.TemporaryDirectory() as work:
         try:
-            for path in options.pages:
-                name = "/".join(path.parts[-2:])
-                fences = fences_of(path, name)
-                after = next((fence.attributes["after"] for fence in fences if "after" in fence.attributes), None)
+            for path, fences in fences_by_path.items():
+                name, after = "/".join(path.parts[-2:]), after_by_path[path]
                 if after:
                     assert after in pages, f"{name}: after={after}, which was not run before it"
                     page = pages[after]
@@ -226,7 +237,8 @@ def main():
                     folder = Path(work) / str(len(pages))
                     folder.mkdir()
                     page = Page(folder, options.bin.resolve(), options.tree and options.tree.resolve(),
-                                options.dist and options.dist.resolve())
+                                options.dist and options.dist.resolve(), Path(work) / "store",
+                                TO_TRAIN if path.name in trained else TO_SEE)
                 pages[path.name] = page
                 for fence in fences:
                     if "file" in fence.attributes:
@@ -239,11 +251,14 @@ def main():
                         skipped += 1
                         print(f"skipped {fence.where}: needs {NEEDS[fence.needs]}", flush=True)
                         continue
+                    start_s, start_cpu_s = time.monotonic(), cpu_seconds()
                     page.run(fence)
                     ran += 1
-                    print(f"ran {fence.where}", flush=True)
+                    print(f"ran {fence.where} in {time.monotonic() - start_s:.0f} s, {cpu_seconds() - start_cpu_s:.0f} core-s", flush=True)
                 if path.name == "walk.md":
                     check_walk(page.folder)
+                if not after and path.name not in after_by_path.values():
+                    page.stop()
         finally:
             for page in pages.values():
                 page.stop()

@@ -179,6 +179,47 @@ TEST_F(TrainTest, AStudyRunsFromNothingToItsTable) {
   EXPECT_THAT(run->Out(), HasSubstr("nothing to render"));
 }
 
+// Trainers run in folders of their own, where a relative path would lead elsewhere.
+TEST_F(TrainTest, AWorkerWithRelativeFoldersTrainsAndEvaluates) {
+  std::ofstream(dir_ + "/tiny.yaml")
+      << kPairs
+      << "train: {trainer: script, steps: 2, seeds: 1, threads: 1, variants: [wide]}\n"
+         "evaluate: {benchmarks: [shipped], max_pairs: 1, heldout_pairs: 1}\n";
+  const auto start = [this](std::vector<std::string> command) {
+    command.insert(command.begin(), {"/bin/sh", "-c", "cd \"$0\" && exec \"$@\"", dir_});
+    return std::make_unique<Process>(command);
+  };
+  const auto coordinator = start({PARALLAX_COORDINATOR, "serve", "--db", "q.db", "--store", "st",
+                                  "--listen", "unix:" + dir_ + "/socket"});
+  std::string line;
+  ASSERT_TRUE(coordinator->ReadLine(&line)) << coordinator->Err();
+  const std::vector<std::string> to = {"--coordinator", "unix:" + dir_ + "/socket"};
+  std::vector<std::string> work = {PARALLAX_WORKER,
+                                   "--role",
+                                   "all",
+                                   "--outbox",
+                                   "ob",
+                                   "--cache",
+                                   "ca",
+                                   "--trainers",
+                                   "trainers",
+                                   "--name",
+                                   "w",
+                                   "--allow-trainers",
+                                   "script",
+                                   "--cores-dir",
+                                   "cores"};
+  work.insert(work.end(), to.begin(), to.end());
+  const auto worker = start(work);
+  Process submit({PARALLAX_BINARY, "submit", dir_ + "/tiny.yaml", to[0], to[1]});
+  ASSERT_EQ(submit.Wait(), 0) << submit.Err();
+  Process watch({PARALLAX_BINARY, "watch", "1", to[0], to[1]});
+  EXPECT_EQ(watch.Wait(), 0) << watch.Err() << worker->Err();
+  worker->Signal(SIGTERM);
+  EXPECT_EQ(worker->Wait(), 0) << worker->Err();
+  EXPECT_TRUE(fs::is_directory(dir_ + "/ob")) << "it is not the outbox";
+}
+
 TEST_F(TrainTest, WhateverIsKilledTheNetworkIsTheSame) {
   constexpr char kTraining[] =
       "train: {trainer: often, steps: 60, seeds: 1, threads: 2, variants: [wide]}\n";

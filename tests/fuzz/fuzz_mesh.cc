@@ -1,23 +1,16 @@
 // Meshes as users bring them (.glb, .obj with its .mtl, .ply): any bytes end in a mesh that holds
 // its invariants, or in an error. The first byte chooses the format; in an .obj, a 0 byte ends it
 // and begins its .mtl.
-#include <unistd.h>
-
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <string>
 
 #include "common/base/system/file.h"
+#include "tests/fuzz/fuzz_folder.h"
 #include "worker/assets/files/mesh_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  static const std::string dir = [] {
-    const std::string made =
-        std::filesystem::temp_directory_path().string() + "/fuzz_mesh_" + std::to_string(getpid());
-    std::filesystem::create_directories(made);
-    return made;
-  }();
+  const std::string& dir = parallax::FuzzFolder();
   if (size < 2) return 0;
   const char* const endings[] = {"glb", "obj", "ply"};
   const std::string ending = endings[data[0] % 3];

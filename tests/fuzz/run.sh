@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the fuzzers, or runs one of them from its kept corpus.
 #   tests/fuzz/run.sh --build
-#   tests/fuzz/run.sh NAME [SECONDS]     NAME: config, http, mesh, recipe, study; 60 seconds
+#   tests/fuzz/run.sh NAME [SECONDS]     NAME: calibration, config, http, list, mesh, picture, recipe, sets, study; 60 seconds
 # What it finds stands in build/fuzz/found-NAME; new inputs that reach new code in build/fuzz/corpus-NAME (copy the
 # few that matter to tests/fuzz/corpus/NAME: run with -merge=1).
 set -euo pipefail

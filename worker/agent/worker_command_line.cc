@@ -133,6 +133,8 @@ void DeclareFolders(CLI::App& app, WorkerCommandLine& line) {
       ->envname("PARALLAX_PICTURE_ROOT")
       ->type_name("DIR")
       ->check(CLI::ExistingDirectory);
+  app.add_flag("--follow-links", line.follow_links,
+               "Follow links in these folders that lead out of them, too");
   app.add_option(
          "--allow-trainers", line.allowed_trainers,
          "Trainers that jobs may name here, for example builtin,raft-stereo (default builtin)")
@@ -264,6 +266,7 @@ WorkerSettings WorkerSettingsOf(const WorkerCommandLine& line, const AgentOption
   settings.slots = options.slots;
   settings.threads = options.cores;
   settings.picture_root = line.picture_root;
+  settings.follow_links = line.follow_links;
   settings.allowed_trainers = SplitWords(line.allowed_trainers);
   settings.trainers_dir = Absolute(line.trainers_dir);
   settings.benchmarks_dir = Absolute(line.benchmarks_dir);

@@ -34,6 +34,7 @@ struct WorkerCommandLine {
   double hang_s = 1800;
   std::string outbox;
   std::string picture_root;
+  bool follow_links = false;
   std::string allowed_trainers = "builtin";
   std::string trainers_dir;
   std::string benchmarks_dir;

@@ -14,8 +14,9 @@ namespace parallax {
 // The part of the command line that jobs need.
 struct WorkerSettings {
   int slots = 1;
-  int threads = 0;           // For all jobs together; > 0.
-  std::string picture_root;  // The folder whose pictures studies may use; empty: none.
+  int threads = 0;            // For all jobs together; > 0.
+  std::string picture_root;   // The folder whose pictures studies may use; empty: none.
+  bool follow_links = false;  // Whether links in such folders may lead out of them.
   std::vector<std::string> allowed_trainers;  // Programs that may train and predict here.
   std::string trainers_dir;                   // Their YAML files; may be empty.
   // Public benchmarks as users download them; may be empty.

@@ -28,8 +28,10 @@ enum class PairCheck { kNothing, kPictures, kPicturesAndTruth };
 absl::StatusOr<PreparedPair> PreparePair(const BenchmarkPair& pair, const std::string& stem,
                                          PairCheck check);
 
-// Returns what the truth says against the pictures: that the eyes look swapped, or "". All three
-// have one size; 0 in `disparity_px` is no truth.
-std::string WhySwapped(const ImageRgb8& left, const ImageRgb8& right, const ImageF& disparity_px);
+// Returns what the truth says against the pictures: that the eyes are one, look swapped, or that
+// disparities have another scale (as read by files of 256 steps a pixel); or "". All three have one
+// size; 0 in `disparity_px` is no truth.
+std::string WhyTruthMisfits(const ImageRgb8& left, const ImageRgb8& right,
+                            const ImageF& disparity_px);
 
 }  // namespace parallax

@@ -19,7 +19,6 @@
 #include "coordinator/client/runs/out_dir.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/study/expansion.h"
-#include "worker/materials/pictures/picture_folder.h"
 
 namespace parallax::client {
 namespace {
@@ -225,20 +224,13 @@ void AddContentCommand(Registry& registry, CLI::App& parent, const ContentComman
           "\nmust be for studies that are submitted where the folder can't be seen; otherwise "
           "`run`\n"
           "and `submit` find it themselves.\n");
-  struct Options {
-    std::vector<std::string> dirs;
-    bool follow_links = false;
-  };
-  auto options = std::make_shared<Options>();
-  CLI::Option* option = app->add_option("DIR", options->dirs, "The folder")->required();
+  auto dirs = std::make_shared<std::vector<std::string>>();
+  CLI::Option* option = app->add_option("DIR", *dirs, "The folder")->required();
   if (command.kind != ContentKind::kMeshes) option->expected(1);
-  app->add_flag("--follow-links", options->follow_links,
-                "Follow links that lead out of the folder, too");
+  AddFollowLinksOption(*app);
   registry.AddJsonOption(app);
-  registry.SetAction(app, [command, options](Session& session) {
-    SetFollowLinks(options->follow_links);
-    return ShowContent(command, options->dirs, session);
-  });
+  registry.SetAction(
+      app, [command, dirs](Session& session) { return ShowContent(command, *dirs, session); });
 }
 
 absl::StatusOr<ExitCode> ListConfigs(Session& session) {
@@ -278,6 +270,7 @@ void RegisterConfig(Registry& registry) {
       "Say what is wrong with a file, with line numbers, or that it is ok",
       "Examples:\n  parallax config check my.yaml\n  parallax config check quickstart\n", options);
   AddMachineOptions(*check, options->machine);
+  AddFollowLinksOption(*check);
   registry.SetAction(check, [options](Session& session) { return Check(*options, session); });
   CLI::App* show = AddFileCommand(
       registry, *config, "show", "The file with its base merged in and every default written out",

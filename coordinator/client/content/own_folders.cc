@@ -83,9 +83,11 @@ absl::StatusOr<ContentReport> CheckHdris(const std::string& dir) {
   for (size_t i = 0; i < folder.seeds.size(); ++i) {
     const MemoryRequests memory;
     ASSIGN_OR_RETURN(const auto environment, OpenEnvironment(folder.seeds[i]));
+    const std::string& note = environment->note();
     report.items.push_back(
         {folder.names[i],
-         fmt::format("surroundings, mean luminance {:.3g}", environment->mean_luminance()),
+         fmt::format("surroundings, mean luminance {:.3g}{}{}", environment->mean_luminance(),
+                     note.empty() ? "" : "; ", note),
          {},
          memory.bytes()});
   }
@@ -126,6 +128,12 @@ std::span<const std::string_view> EndingsOf(ContentKind kind) {
 }
 
 }  // namespace
+
+void AddFollowLinksOption(CLI::App& command) {
+  command.add_flag_callback(
+      "--follow-links", [] { SetFollowLinks(true); },
+      "Follow links in folders of your own content that lead out of them, too");
+}
 
 absl::StatusOr<ContentReport> CheckContent(ContentKind kind, const std::vector<std::string>& dirs) {
   ASSIGN_OR_RETURN(ContentReport report, CheckFolders(kind, dirs));

@@ -1,6 +1,7 @@
 // Checks the user's own folders (pictures, textures, skies, meshes) and hashes their content.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -11,6 +12,9 @@
 #include "common/base/status.h"
 
 namespace parallax::client {
+
+// Adds --follow-links to a command that reads own folders.
+void AddFollowLinksOption(CLI::App& command);
 
 enum class ContentKind { kPictures, kTextures, kHdris, kMeshes };
 

@@ -77,6 +77,7 @@ void AddStudyOptions(CLI::App& command, StudyOptions& options) {
                   "machine, or a path below the workers' --picture-root")
       ->type_name("DIR")
       ->group(group);
+  AddFollowLinksOption(command);
   command.add_option("--width", options.width, "Image width, pixels")->group(group);
   command.add_option("--height", options.height, "Image height, pixels")->group(group);
 }

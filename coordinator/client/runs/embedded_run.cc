@@ -12,6 +12,7 @@
 #include "coordinator/client/content/study_options.h"
 #include "coordinator/client/views/study_view.h"
 #include "coordinator/client/views/text.h"
+#include "worker/materials/pictures/picture_folder.h"
 
 namespace parallax::client {
 namespace {
@@ -150,6 +151,7 @@ std::vector<std::string> EmbeddedRun::ArgumentsOf(int worker) const {
   add("--allow-trainers", options_.machine.allow_trainers);
   add("--trainers", options_.machine.trainers_dir);
   add("--benchmarks", options_.machine.benchmarks_dir);
+  if (FollowsLinks()) arguments.push_back("--follow-links");
   // One worker takes the jobs that need the GPU, so that they do not share its memory.
   std::error_code error;
   if (worker == 0 && std::filesystem::exists(kGpuDevice, error)) add("--tags", "gpu");

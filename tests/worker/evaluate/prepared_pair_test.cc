@@ -1,5 +1,6 @@
 #include "worker/evaluate/prepared_pair.h"
 
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -10,6 +11,9 @@
 namespace parallax {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 constexpr int kWidth = 160, kHeight = 60, kDisparity_px = 13;
@@ -58,14 +62,32 @@ TEST(PreparedPair, SwappedEyesAreNoted) {
   ASSERT_TRUE(swapped.ok()) << swapped.status();
   ASSERT_EQ(swapped->notes.size(), 1u);
   EXPECT_THAT(swapped->notes[0], HasSubstr("pair pair7: its pictures look swapped"));
+  const auto same = Checked(View(0), View(0), truth_px);
+  ASSERT_TRUE(same.ok()) << same.status();
+  EXPECT_THAT(same->notes, ElementsAre("pair pair7: its two pictures are the same"));
   // Truth that fits neither way says nothing of the eyes.
   const auto other = Checked(View(0), View(29), truth_px);
   ASSERT_TRUE(other.ok()) << other.status();
   EXPECT_TRUE(other->notes.empty()) << other->notes[0];
 }
 
+TEST(PreparedPair, TruthOfAnotherScaleIsNoted) {
+  for (const int steps : {16, 64, 100, 512}) {
+    const ImageF read_px(kWidth, kHeight, kDisparity_px * static_cast<float>(steps) / 256.0f);
+    const auto pair = Checked(View(0), View(kDisparity_px), read_px);
+    ASSERT_TRUE(pair.ok()) << pair.status();
+    EXPECT_THAT(pair->notes, Contains(AllOf(HasSubstr("its truth looks wrongly scaled"),
+                                            HasSubstr(fmt::format("`scale: {}`", steps)))))
+        << steps;
+  }
+  // Pictures that match nowhere say nothing of the scale.
+  const auto other = Checked(View(0), View(29), ImageF(kWidth, kHeight, 9.0f));
+  ASSERT_TRUE(other.ok()) << other.status();
+  EXPECT_TRUE(other->notes.empty()) << other->notes[0];
+}
+
 TEST(PreparedPair, DisparitiesNearZeroAreNoted) {
-  const auto pair = Checked(View(0), View(0), ImageF(kWidth, kHeight, 1.5f));
+  const auto pair = Checked(View(0), View(29), ImageF(kWidth, kHeight, 1.5f));
   ASSERT_TRUE(pair.ok()) << pair.status();
   ASSERT_EQ(pair->notes.size(), 1u);
   EXPECT_THAT(pair->notes[0], HasSubstr("its largest disparity is 1.5 px, less than 1 % of the "

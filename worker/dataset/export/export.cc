@@ -105,7 +105,7 @@ class Exporter {
     for (const auto& [first, end] : plan.scenes) {
       if (options_.cancel.cancelled()) return Cancelled("export");
       std::vector<absl::StatusOr<FrameFiles>> made(end - first, FrameFiles());
-      tbb::parallel_for(size_t{0}, end - first, [&](size_t i) {
+      tbb::parallel_for(size_t{0}, end - first, [&, first = first](size_t i) {
         const ExportFrame& frame = plan.frames[first + i];
         made[i] = CatchJson(frame.source->dir, [&] { return layout->Convert(frame); });
       });

@@ -60,10 +60,7 @@ absl::StatusOr<std::string> HashOf(const std::string& path) {
   return hash;
 }
 
-std::atomic<bool>& FollowsLinks() {
-  static std::atomic<bool> follows{false};
-  return follows;
-}
+std::atomic<bool> follows_links{false};
 
 bool IsInside(const fs::path& file, const fs::path& folder) {
   return std::mismatch(folder.begin(), folder.end(), file.begin(), file.end()).first ==
@@ -142,7 +139,8 @@ bool IsForeignName(const std::string& name) {
   return name.starts_with('.') || name == "__MACOSX" || name == "@eaDir";
 }
 
-void SetFollowLinks(bool follows) { FollowsLinks() = follows; }
+void SetFollowLinks(bool follows) { follows_links = follows; }
+bool FollowsLinks() { return follows_links; }
 
 absl::StatusOr<ContentNames> NamesOfContent(const std::string& dir,
                                             std::span<const std::string_view> endings) {

@@ -30,6 +30,7 @@ struct ContentNames {
 // Allows links in folders of content to lead out of them. False at first. Call it before other
 // threads run.
 void SetFollowLinks(bool follows);
+bool FollowsLinks();
 
 // Whether walks leave out a file or folder of this name: hidden ones, and the twins that systems
 // make.

@@ -68,10 +68,15 @@ absl::StatusOr<std::string> MendLight(ImageF3& picture) {
     value = value < 0 ? 0 : largest;
   }
   if (negative + infinite == 0) return "";
-  return fmt::format(
-      "{} values below 0 taken as 0, {} infinite ones as {:g}; the first at column {}, row {}",
-      negative, infinite, largest, first % static_cast<size_t>(picture.width()),
-      first / static_cast<size_t>(picture.width()));
+  std::string text;
+  if (negative > 0) text = fmt::format("{} values below 0 taken as 0", negative);
+  if (infinite > 0) {
+    text +=
+        fmt::format("{}{} infinite values as {:g}", text.empty() ? "" : ", ", infinite, largest);
+  }
+  return fmt::format("{}; the first at column {}, row {}", text,
+                     first % static_cast<size_t>(picture.width()),
+                     first / static_cast<size_t>(picture.width()));
 }
 
 float PixelLuminance(const ImageF3& image, int x, int y) {
@@ -128,12 +133,17 @@ absl::StatusOr<std::shared_ptr<const Environment>> Environment::Read(const std::
   const absl::StatusOr<std::string> note = MendLight(*picture);
   if (!note.ok()) return WithContext(note.status(), path);
   if (!note->empty()) LogWarning("sky", {{"file", path}, {"note", *note}});
-  auto environment = Make(*picture);
+  auto environment = MakeNoted(*picture, *note);
   if (!environment.ok()) return WithContext(environment.status(), path);
   return environment;
 }
 
 absl::StatusOr<std::shared_ptr<const Environment>> Environment::Make(const ImageF3& picture) {
+  return MakeNoted(picture, "");
+}
+
+absl::StatusOr<std::shared_ptr<const Environment>> Environment::MakeNoted(const ImageF3& picture,
+                                                                          std::string note) {
   const int width = picture.width(), height = picture.height();
   if (height < 2 || std::abs(width - 2 * height) > 1) {
     return InvalidArgument(
@@ -144,6 +154,7 @@ absl::StatusOr<std::shared_ptr<const Environment>> Environment::Make(const Image
     return InvalidArgument("a value of {:f}, wanted finite ones of at least 0", value);
   }
   std::shared_ptr<Environment> environment(new Environment);
+  environment->note_ = std::move(note);
   environment->picture_ =
       AveragedDown(picture, (width + kWidestEnvironment - 1) / kWidestEnvironment);
   environment->MakeDensity();

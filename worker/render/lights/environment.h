@@ -17,10 +17,11 @@ namespace parallax {
 class Environment {
  public:
   // Reads a .hdr or .exr. Errors: kInvalidArgument naming the file if it can't be decoded, its
-  // width is not twice its height (to a pixel), a value is below 0 or not finite, or it has no
-  // light at all; those of ReadFile.
+  // width is not twice its height (to a pixel), a value is no number, or it has no light at all;
+  // those of ReadFile.
   static absl::StatusOr<std::shared_ptr<const Environment>> Read(const std::string& path);
-  // Makes an environment from a picture in memory. Errors: kInvalidArgument, as in Read.
+  // Makes an environment from a picture in memory. Errors: kInvalidArgument, as in Read, and for a
+  // value that is below 0 or infinite.
   static absl::StatusOr<std::shared_ptr<const Environment>> Make(const ImageF3& picture);
 
   // Returns the radiance from unit directions, interpolated bilinearly between pixels.
@@ -37,8 +38,13 @@ class Environment {
   float mean_luminance() const { return mean_luminance_; }
   float ground_irradiance() const { return ground_irradiance_; }
 
+  // Returns which values of the file were changed, to which, and where the first lies; or "".
+  const std::string& note() const { return note_; }
+
  private:
   Environment() = default;
+  static absl::StatusOr<std::shared_ptr<const Environment>> MakeNoted(const ImageF3& picture,
+                                                                      std::string note);
   void MakeDensity();
   // Returns the image point of a direction, in columns and rows; pixel (x, y) has its middle at (x
   // + 0.5, y + 0.5).
@@ -52,6 +58,7 @@ class Environment {
   std::vector<float> rows_up_to_;   // rows_ + 1 numbers, the last is 1.
   std::vector<float> cells_up_to_;  // columns_ + 1 for each row, the last is 1.
   float mean_luminance_ = 0, ground_irradiance_ = 0;
+  std::string note_;
 };
 
 // Opens the picture that Sky.environment names, from a folder that this process has read; the last

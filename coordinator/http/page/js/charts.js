@@ -1,6 +1,6 @@
 // Small charts as SVG: an area over time with a value under the pointer, and lines by name.
 import { html, useEffect, useRef, useState } from "/vendor/preact-htm.js";
-import { clock, figure } from "./common.js";
+import { clock, figure, seconds } from "./common.js";
 
 function useWidth() {
   const box = useRef(null);
@@ -99,6 +99,6 @@ export function Stages({ stages }) {
   const rows = Object.entries(stages).filter(([name, s]) => s > 0.0005 && name !== "cpu").sort((a, b) => b[1] - a[1]);
   const most = rows.length ? rows[0][1] : 1;
   return html`<dl class="stages">${rows.map(([name, s]) => html`<div><dt>${name}</dt>
-    <dd><meter min="0" max=${most} value=${s}></meter><span>${figure(s)}\u2009s</span></dd></div>`)}
-    <div class="sum"><dt>all</dt><dd><span>${stages.cpu > 0 ? `${figure(stages.cpu)}\u2009core-s` : ""}</span><span>${figure(rows.reduce((sum, [, s]) => sum + s, 0))}\u2009s</span></dd></div></dl>`;
+    <dd><meter min="0" max=${most} value=${s}></meter><span>${seconds(s)}</span></dd></div>`)}
+    <div class="sum"><dt>all</dt><dd><span>${stages.cpu > 0 ? `${figure(stages.cpu)}\u2009core-s` : ""}</span><span>${seconds(rows.reduce((sum, [, s]) => sum + s, 0))}</span></dd></div></dl>`;
 }

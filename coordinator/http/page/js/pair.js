@@ -135,7 +135,7 @@ function Stage({ pair, frame }) {
     ? at[0] - d / width : at ? at[0] : 0;
   return html`<div class="stage">
     <div class="tabs" role="group" aria-label="What is shown">
-      ${views.map((v, i) => html`<button aria-pressed=${view === v} data-view=${v} title="Key ${i + 1}" onClick=${() => setView(v)}>${v === "flicker" ? "left ⇄ right" : v}</button>`)}
+      ${views.map((v, i) => html`<button aria-pressed=${view === v} data-view=${v} title=${i < 9 ? `Key ${i + 1}` : ""} onClick=${() => setView(v)}>${v === "flicker" ? "left ⇄ right" : v}</button>`)}
       ${(isMap || isNormals) && has(`${view}_right`) && html`<button class="eye" title="Key e" onClick=${() => setEye(eye === "left" ? "right" : "left")}>${shownEye} eye</button>`}
       ${view === "flicker" && html`<button class="eye" aria-pressed=${moving} onClick=${() => setMoving(!moving)}>${moving ? "hold" : "move"}</button>`}
       <span class="zoom" role="group" aria-label="Zoom"><button aria-label="Zoom out" title="Key −" disabled=${zoom.by === 1} onClick=${() => zoomStep(-1)}>−</button><span>${zoom.by}×</span><button aria-label="Zoom in" title="Key +" disabled=${zoom.by === 8} onClick=${() => zoomStep(1)}>+</button></span>

@@ -54,6 +54,7 @@ function Actions({ study, put }) {
 }
 
 function Variants({ study }) {
+  const past = study.state === "succeeded";  // Other tries have done the work of what failed.
   return html`<div class="scroll"><table class="variants">
     <thead><tr><th scope="col">variant</th><th scope="col" class="wide"><span class="visually-hidden">progress</span></th><th scope="col" class="num">pairs</th>
       <th scope="col">jobs</th><th scope="col" class="num optional">seeds rejected</th><th scope="col" class="num optional">work reused</th></tr></thead>
@@ -61,7 +62,7 @@ function Variants({ study }) {
       <th scope="row">${v.name}</th>
       <td class="wide"><${Bar} done=${v.pairs_done} wanted=${v.pairs_wanted} state=${study.state} /></td>
       <td class="num">${count(v.pairs_done)}<span class="soft"> / ${count(v.pairs_wanted)}</span></td>
-      <td class="states">${STATES.filter((s) => s !== "SUCCEEDED" && s !== "REJECTED" && jobsIn(v, s)).map((s) => html`<span class=${tone(s)}>${count(jobsIn(v, s))} ${stateWord(s)}</span>`)}</td>
+      <td class="states">${STATES.filter((s) => s !== "SUCCEEDED" && s !== "REJECTED" && jobsIn(v, s)).map((s) => html`<span class=${past ? "soft" : tone(s)}>${count(jobsIn(v, s))} ${stateWord(s)}${past ? " before" : ""}</span>`)}</td>
       <td class="num soft optional">${v.scenes_rejected || ""}</td>
       <td class="num soft optional">${v.solves_reused + v.layouts_reused + v.frames_reused || ""}</td>
     </tr>`)}</tbody></table></div>`;
@@ -142,7 +143,7 @@ export function Study({ numbers: [id] }) {
         ${study.at_limit && html` <small class="warn" id="at-limit">${plural(study.held_jobs, "job")} held back by ${study.at_limit}</small>`}<//>`}
       <${Fact} name="jobs"><span class="jobstates">${states.map(([s, n]) => html`<a href="#/study/${id}/jobs?state=${s}" class=${tone(s)}>${count(n)} ${stateWord(s)}</a>`)}</span><//>
     </dl>
-    ${(study.causes.length > 0 || gaveUp(study).length > 0) && html`<${Card} title="Problems" id="problems" kind="problem"><${Problems} study=${study} /><//>`}
+    ${(study.causes.length > 0 || gaveUp(study).length > 0) && html`<${Card} title=${study.state === "succeeded" ? "Problems before" : "Problems"} id="problems" kind=${study.state === "succeeded" ? "" : "problem"}><${Problems} study=${study} /><//>`}
     ${study.waiting.length > 0 && html`<${Card} title="Waiting jobs" id="waiting"><${Reasons} waiting=${study.waiting} /><//>`}
     <${Card} title="Variants" id="variants" side=${html`<a href="#/study/${id}/jobs">all jobs</a>`}><${Variants} study=${study} /><//>
     <${Card} title="Newest pairs" id="wall"><${Wall} study=${id} variants=${study.variants.map((v) => v.name)} /><//>

@@ -123,8 +123,11 @@ TEST(Environment, NegativeAndInfiniteLightOfAFileIsMendedAndNoted) {
   const auto mended = Environment::Read(path);
   const std::string log = testing::internal::GetCapturedStderr();
   ASSERT_TRUE(mended.ok()) << mended.status();
-  EXPECT_THAT(log, HasSubstr("2 values below 0 taken as 0, 1 infinite ones as 65504; the first at "
-                             "column 5, row 3"));
+  EXPECT_THAT(log,
+              HasSubstr("2 values below 0 taken as 0, 1 infinite values as 65504; the first at "
+                        "column 5, row 3"));
+  EXPECT_THAT(log, HasSubstr((*mended)->note()));
+  EXPECT_THAT((*mended)->note(), HasSubstr("2 values below 0"));
   picture = ImageF3(64, 32, 1.0f);
   picture(6, 3) = std::numeric_limits<float>::infinity();
   picture(7, 3) = 65504;

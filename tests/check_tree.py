@@ -35,7 +35,7 @@ USES_NO_OTHER = ("agent",)
 # alone. A folder's other files stand on top.
 INNER_LEVELS = {
     "worker/dataset": ("frame", "archive", "verify export sheets"),
-    "worker/render": ("surface", "scene", "lights camera", "paths", "renderer.h", "film", "truth", "passes"),
+    "worker/render": ("surface", "scene", "lights camera", "raster", "paths", "renderer.h", "film", "truth", "passes"),
     "worker/assets": ("asset.h", "kernel", "asset_families parts detail", "plants", "household building", "furniture lamps nature", "files"),
     "worker/materials": ("kernel", "pictures", "land", "art"),
     "worker/layout": ("anneal/footprint.h", "anneal/wish.h", "anneal/room_table", "plan", "anneal", "rooms"),

@@ -1,6 +1,7 @@
 // Measures the cost and quality of a stereo pair; prints one JSON line.
 //   bench_render [SCENE.pb | solve:SEED[:CONFIG]] [--profile default] [--pairs 20] [--quick]
 //   bench_render solve:1 --pairs 2 --baselines 0.06,0.12,0.24
+//   bench_render solve:1 --pairs 2 --raster
 // First the whole job `render`, as a worker does it: geometry, acceleration structure, radiance
 // cache, two images and all ground truth a rig, denoising, encoding, writing. Then PSNR and FLIP of
 // parts of the profile's pictures of some rigs against the unbiased reference, all at the exposure
@@ -26,6 +27,7 @@
 #include "tests/bench/render/image_error.h"
 #include "tests/bench/render/load_scene.h"
 #include "tests/bench/render/where_time_goes.h"
+#include "tests/worker/render/raster/agreement.h"
 #include "worker/dataset/frame/render_frames.h"
 #include "worker/render/film/exposure.h"
 #include "worker/render/paths/profiles.h"
@@ -45,7 +47,7 @@ struct Options {
   int pairs = 20, samples = 0, quality_rigs = 5, reference_samples = 192, quality_width = 208;
   bool quick = false;
   std::vector<double> baselines;  // For each left eye; none: the recipe's own rigs.
-  bool flow = false;
+  bool flow = false, raster = false;
 };
 
 double CpuSeconds() {
@@ -240,6 +242,35 @@ absl::Status MeasureBaselines(const Options& options, const v1::Scene& recipe, J
   (*json)["core_s_per_pair_of_one"] = one_s;
   (*json)["core_s_per_pair_of_all"] = all_s;
   (*json)["further_over_first"] = (all_s * eyes - one_s) / ((eyes - 1) * one_s);
+  return absl::OkStatus();
+}
+
+// Cost of rasterising what both eyes see, and how far it agrees with Embree.
+absl::Status MeasureRaster(const Options& options, const bench::LoadedScene& scene, Json* json) {
+  ASSIGN_OR_RETURN(const auto built, RenderScene::Build(scene.geometry, 0));
+  const double start = CpuSeconds();
+  ASSIGN_OR_RETURN(const Rasteriser rasteriser, Rasteriser::Create(*built));
+  (*json)["clusters_core_s_per_scene"] = CpuSeconds() - start;
+  Rng rng(SceneSeed{1}, "samples");
+  test::Agreement sum;
+  double core_s = 0;
+  for (int i = 0; i < options.pairs; ++i) {
+    const v1::Rig& rig = scene.recipe.rigs(i * scene.recipe.rigs_size() / options.pairs);
+    ASSIGN_OR_RETURN(const StereoCamera stereo, StereoCamera::FromRig(rig));
+    for (const PinholeCamera& eye : stereo.eyes) {
+      const double before = CpuSeconds();
+      const VisibilityBuffer visible = rasteriser.Draw(eye, 1, {});
+      core_s += CpuSeconds() - before;
+      Compare(*built, eye, visible, 10'000, rng, &sum);
+    }
+  }
+  const double samples = sum.samples;
+  (*json)["raster_core_s_per_pair"] = core_s / options.pairs;
+  (*json)["samples_per_pixel"] = VisibilityBuffer::kSamples;
+  (*json)["same_triangle"] = sum.same_triangle / samples;
+  (*json)["same_depth"] = sum.same_depth / samples;
+  (*json)["missed"] = sum.missed / samples;
+  (*json)["invented"] = sum.invented / samples;
   return absl::OkStatus();
 }
 
@@ -476,6 +507,8 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   app.add_option("--baselines", options.baselines,
                  "measure what a further right eye of a left one costs, with these baselines only")
       ->delimiter(',');
+  app.add_flag("--raster", options.raster,
+               "measure the rasteriser alone: cost, and agreement with Embree");
   app.add_flag("--flow", options.flow, "flow maps too, as if the rigs were frames of one way");
   app.add_flag("--quick", options.quick, "two pairs and a small comparison: a minute");
   try {
@@ -521,6 +554,11 @@ absl::Status Run(int argc, char** argv, int* exit_code) {
   json["triangles"] = triangles;
   if (options.baselines.size() > 1) {
     RETURN_IF_ERROR(MeasureBaselines(options, scene.recipe, &json));
+    std::printf("%s\n", json.dump().c_str());
+    return absl::OkStatus();
+  }
+  if (options.raster) {
+    RETURN_IF_ERROR(MeasureRaster(options, scene, &json));
     std::printf("%s\n", json.dump().c_str());
     return absl::OkStatus();
   }

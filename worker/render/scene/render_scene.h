@@ -122,6 +122,8 @@ class RenderScene final : public ShadowFilter {
     return placed < meshes ? geometry_.meshes[placed].object_index
                            : geometry_.instances[placed - meshes].object_index;
   }
+  // Returns where a body is placed now: world from mesh.
+  Eigen::Affine3f PlaceOf(uint32_t placed) const;
   const Mesh& MeshOf(uint32_t placed) const {
     return placed < geometry_.meshes.size() ? *geometry_.meshes[placed].mesh
                                             : *PrototypeOf(placed).mesh;
@@ -146,6 +148,10 @@ class RenderScene final : public ShadowFilter {
   SurfaceSample Evaluate(const RawHit& hit, const SurfaceId& id, float footprint_m) const;
   // Sets a triangle's corners in the world, as rays see them.
   void Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) const;
+  // Sets the hits of eight rays on triangles that they are known to meet; the lanes `met`, `placed`
+  // and `triangle` of the hits are given. A ray that misses its triangle by rounding hits the
+  // nearest point of it.
+  void HitTriangles(const Rays8& rays, Hits8* hits) const;
 
   const SceneGeometry& geometry() const { return geometry_; }
   const MaterialTraits& traits(uint32_t material) const { return traits_[material]; }
@@ -172,7 +178,6 @@ class RenderScene final : public ShadowFilter {
   const Prototype& PrototypeOf(uint32_t placed) const {
     return geometry_.prototypes[geometry_.instances[placed - geometry_.meshes.size()].prototype];
   }
-  Eigen::Affine3f PlaceOf(uint32_t placed) const;
   bool AllMove() const;
   bool Moves(size_t mesh) const { return mesh < movers_.size() && movers_[mesh]; }
   void SetPlace(size_t body, const Eigen::Affine3f& world_from_object);

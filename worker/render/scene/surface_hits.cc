@@ -98,6 +98,36 @@ void RenderScene::Corners(uint32_t placed, uint32_t triangle, Vec3f corners[3]) 
   }
 }
 
+PARALLAX_LANE_CLONES void RenderScene::HitTriangles(const Rays8& rays, Hits8* hits) const {
+  Vec3x8 a = Vec3x8::Zero(), to_b = Vec3x8::Zero(), to_c = Vec3x8::Zero();
+  hits->edge_cross = Vec3x8::Zero();
+  for (uint32_t left = BitsOf(hits->met); left != 0; left &= left - 1) {
+    const int lane = __builtin_ctz(left);
+    const auto placed = static_cast<uint32_t>(hits->placed[lane]);
+    const Body& body = bodies_[placed];
+    const Triangle& t = body.triangles[static_cast<uint32_t>(hits->triangle[lane])];
+    Vec3f corner = body.positions[t.a];
+    Vec3f edges[2] = {body.positions[t.b] - corner, body.positions[t.c] - corner};
+    hits->edge_cross.Set(lane, edges[0].cross(edges[1]));
+    if (body.instanced) {
+      const Eigen::Affine3f place = PlaceOf(placed);
+      corner = place * corner;
+      for (Vec3f& edge : edges) edge = place.linear() * edge;
+    }
+    a.Set(lane, corner);
+    to_b.Set(lane, edges[0]);
+    to_c.Set(lane, edges[1]);
+  }
+  // Source: Moeller and Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
+  const Vec3x8 from_a = rays.origin - a;
+  const Vec3x8 across = Cross(rays.direction, to_c);
+  const Float8 scale = 1.0f / Inner(to_b, across);
+  hits->u = Clamp(Inner(from_a, across) * scale, 0.0f, 1.0f);
+  hits->v = Min(Max(Inner(rays.direction, Cross(from_a, to_b)) * scale, 0.0f), 1.0f - hits->u);
+  hits->distance = Inner(to_b * hits->u + to_c * hits->v - from_a, rays.direction);
+  hits->position = rays.origin + rays.direction * hits->distance;
+}
+
 void RenderScene::Prefetch(const Hits8& hits) const {
   for (uint32_t left = BitsOf(hits.met); left != 0; left &= left - 1) {
     const int lane = __builtin_ctz(left);

@@ -20,7 +20,8 @@ namespace parallax::client {
 namespace {
 
 constexpr std::chrono::seconds kTimeout{20};
-// Over a Unix socket nothing is lost on the way, but the machine may be busy: that of `run` renders.
+// Over a Unix socket nothing is lost on the way, but the machine may be busy: that of `run`
+// renders.
 constexpr std::chrono::seconds kTimeoutOnThisMachine{120};
 constexpr int kDefaultStudies = 100;
 constexpr int kDefaultAuditEntries = 100;

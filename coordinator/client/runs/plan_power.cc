@@ -16,9 +16,9 @@ namespace {
 
 constexpr double kConfidence = 0.95;
 
-// Spread of bad-2 between variants of `table1-small` (three against the default, three seeds of 400 steps)
-// on thirty real pairs of Middlebury 2001 to 2006, ETH3D and KITTI. Seeds and what is left are not
-// known apart there; the split makes little difference with as many pairs.
+// Spread of bad-2 between variants of `table1-small` (three against the default, three seeds of 400
+// steps) on thirty real pairs of Middlebury 2001 to 2006, ETH3D and KITTI. Seeds and what is left
+// are not known apart there; the split makes little difference with as many pairs.
 constexpr DifferenceSpread kMeasuredSpread = {.seeds = 5.0, .images = 19.0, .rest = 22.0};
 
 }  // namespace

@@ -5,8 +5,9 @@
 //   bench_sensor [--csv FILE] [--side 512] [--devices 3]
 //
 // Devices of a preset: the one in the middle of its ranges, and some that are drawn as for pairs.
-// All that differs from pixel to pixel for other reasons is left out: lens, vignetting, JPEG. Levels
-// are of each pixel's own colour, which the interpolation of the mosaic leaves as it was measured.
+// All that differs from pixel to pixel for other reasons is left out: lens, vignetting, JPEG.
+// Levels are of each pixel's own colour, which the interpolation of the mosaic leaves as it was
+// measured.
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>

@@ -130,7 +130,7 @@ Json UserJson(const v1::UserStatus& user) {
 
 Json WorkerJson(const v1::WorkerStatus& worker) {
   return {{"name", worker.name()},
-          {"state", worker.state()},
+          {"state", absl::AsciiStrToLower(worker.state())},
           {"kinds", std::vector<std::string>(worker.kinds().begin(), worker.kinds().end())},
           {"slots", worker.slots()},
           {"running", worker.running()},

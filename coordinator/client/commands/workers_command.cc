@@ -55,7 +55,7 @@ absl::StatusOr<ExitCode> Workers(Session& session) {
   for (const v1::WorkerStatus& worker : reply.workers()) {
     std::string kinds;
     for (const std::string& name : worker.kinds()) kinds += (kinds.empty() ? "" : ",") + name;
-    table.AddRow({worker.name(), worker.state(), kinds, std::to_string(worker.running()),
+    table.AddRow({worker.name(), LowerName(worker.state()), kinds, std::to_string(worker.running()),
                   std::to_string(worker.slots()), FormatDuration(worker.last_heard_s()) + " ago",
                   worker.version()});
   }

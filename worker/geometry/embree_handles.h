@@ -3,6 +3,7 @@
 
 #include <embree3/rtcore.h>
 
+#include <string>
 #include <utility>
 
 #include "common/math/types.h"
@@ -31,6 +32,13 @@ class EmbreeHandle {
 using EmbreeDevice = EmbreeHandle<RTCDevice, rtcReleaseDevice>;
 using EmbreeScene = EmbreeHandle<RTCScene, rtcReleaseScene>;
 using EmbreeGeometry = EmbreeHandle<RTCGeometry, rtcReleaseGeometry>;
+
+// Makes a device; `more` are further settings of Embree's ("threads=1"). Without a cache for
+// subdivision surfaces, which no scene has: each device would hold 128 MB of address space for it,
+// and where that can't be had Embree's lock of the cache stays locked.
+inline EmbreeDevice MakeEmbreeDevice(const char* more = "") {
+  return EmbreeDevice(rtcNewDevice((std::string("tessellation_cache_size=0,") + more).c_str()));
+}
 
 // Returns a ray over distances `near` to `far` along `direction`, with all mask bits set.
 inline RTCRay MakeRay(const Vec3f& origin, const Vec3f& direction, float near, float far) {

@@ -55,7 +55,7 @@ bool VisitNearest(RTCPointQueryFunctionArguments* args) {
 
 struct RayScene::State {
   // One thread, because a solve is one of many jobs of a worker.
-  EmbreeDevice device{rtcNewDevice("threads=1,set_affinity=0")};
+  EmbreeDevice device = MakeEmbreeDevice("threads=1,set_affinity=0");
   EmbreeScene top;
   // One scene for each tree, however many bodies use it.
   std::map<std::shared_ptr<const TriangleTree>, EmbreeScene> scenes;

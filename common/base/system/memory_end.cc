@@ -66,6 +66,7 @@ void OnAbort(int) {
     Write(program_name);
     Write(": ");
     Write(error.what());
+    WriteLimit();  // Threads are refused for want of address space, too.
     Write("\n");
   } catch (...) {
   }

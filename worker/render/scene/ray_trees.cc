@@ -149,7 +149,7 @@ RayTrees::~RayTrees() = default;
 absl::StatusOr<std::unique_ptr<RayTrees>> RayTrees::Build(const std::vector<TreeBody>& bodies,
                                                           const TreeOptions& options) {
   std::unique_ptr<RayTrees> trees(new RayTrees);
-  trees->device_ = EmbreeDevice(rtcNewDevice(nullptr));
+  trees->device_ = MakeEmbreeDevice();
   if (!trees->device_.get()) {
     return ResourceExhausted("render: Embree gives no device");
   }

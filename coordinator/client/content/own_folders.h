@@ -23,7 +23,7 @@ struct ContentItem {
   std::string name;                   // Its file, relative to the folder, or the name of the set.
   std::string text;                   // "12 triangles, 1 x 0.6 x 0.6, paint (colour tex.png)"
   std::vector<std::string> left_out;  // Parts of the file that are not used, and why.
-  int64_t memory_bytes = 0;           // What it takes while it is read; 0 for small ones.
+  int64_t memory_bytes = 0;           // Asked for while it is read; 0 for small items.
 };
 
 // All that folders of one kind hold.

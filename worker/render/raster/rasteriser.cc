@@ -18,7 +18,7 @@ namespace {
 
 using ImageFromMesh = Eigen::Matrix<float, 3, 4>;
 
-// What a pinhole sees, and where.
+// A pinhole eye: its pose, frustum and projection.
 class PinholeView {
  public:
   explicit PinholeView(const PinholeCamera& camera)

@@ -56,7 +56,7 @@ class Strip {
   const int width_, tiles_x_;
   int first_row_ = 0, rows_ = 0;
   VisibilityBuffer* buffer_ = nullptr;
-  std::vector<float> inverse_z_;         // Of each sample; 0: nothing.
+  std::vector<float> inverse_z_;         // 1/z by sample; 0: nothing.
   std::vector<float> farthest_;          // The least of each pixel's.
   std::vector<float> farthest_of_tile_;  // The least of each tile's, unless stale.
   std::vector<uint8_t> stale_;

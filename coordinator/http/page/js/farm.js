@@ -99,7 +99,7 @@ export function Farm() {
   const farm = data || first.data;
   useEffect(() => { document.title = "Farm · Parallax"; }, []);
   if (!farm) return html`<${Head} title="Farm" /><${Waiting} of=${first} />`;
-  return html`<${Head} title="Farm"><span class="soft">${plural(farm.pairs.done, "pair")} made · version ${farm.version} · up ${duration(farm.uptime_s)}</span><//>
+  return html`<${Head} title="Farm"><span class="soft">${plural(farm.pairs.done, "pair")} made · version ${farm.version} · coordinator up ${duration(farm.uptime_s)}</span><//>
     <${Charts} farm=${farm} />
     <${Card} title="Studies" id="studies"><${Studies} farm=${farm} /><//>
     <${Trainings} running=${farm.running} />

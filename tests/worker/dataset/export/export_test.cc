@@ -125,7 +125,9 @@ TEST_F(ExportTest, SkyAndExteriorOfRoomsAreNoTruthInAnyLayout) {
   // Readers of flow divide by the disparity.
   for (const auto& entry : fs::recursive_directory_iterator(flow + "disparity/TRAIN")) {
     if (entry.path().extension() != ".pfm") continue;
-    for (const float d : ReadPfm(entry.path())->values()) ASSERT_TRUE(std::isfinite(d));
+    const auto disparity = ReadPfm(entry.path());
+    ASSERT_TRUE(disparity.ok()) << disparity.status();
+    for (const float d : disparity->values()) ASSERT_TRUE(std::isfinite(d));
   }
 }
 

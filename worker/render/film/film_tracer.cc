@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "worker/render/film/guide_tracer.h"
 #include "worker/render/film/overexposed.h"
 
 namespace parallax {
@@ -12,8 +13,6 @@ namespace {
 
 constexpr int kTile = 16;
 constexpr int kFew = 16;  // Fewer samples than this need extra ones.
-
-using PixelTracers = tbb::enumerable_thread_specific<PixelTracer>;  // One a thread.
 
 // Few samples are spread over neighbouring pixels together; many are spread within each pixel.
 bool SampleTogether(const PinholeCamera& camera, int samples) {
@@ -109,7 +108,7 @@ void FilmTracer::TraceEye(const PinholeCamera& camera, const SampleStream& strea
                                truth.disparity_px.empty() ? nullptr : &truth.disparity_px,
                                truth.focal_times_baseline,
                                truth.baselines};
-  PixelTracers tracers(
+  tbb::enumerable_thread_specific<PixelTracer> tracers(  // One a thread.
       [&] { return PixelTracer(geometry_, lights_, Options(clamp), camera, sampling); });
   const Tiles tiles(camera);
   tbb::parallel_for(0, tiles.count(), [&](int tile) {
@@ -119,14 +118,39 @@ void FilmTracer::TraceEye(const PinholeCamera& camera, const SampleStream& strea
   });
 }
 
+bool FilmTracer::NeedsRasteriser(const RenderProfile& profile) {
+  return profile.denoise != DenoiseQuality::kOff && profile.samples_per_pixel < kFew;
+}
+
+template <typename MakeTracer>
+void FilmTracer::TracePixels(const MakeTracer& make, const std::vector<PixelAt>& pixels,
+                             const CancelToken& cancel, TraceMeter* meter, Film* film) {
+  constexpr size_t kAtOnce = kTile * kTile;
+  tbb::enumerable_thread_specific<std::invoke_result_t<MakeTracer>> tracers(make);
+  tbb::parallel_for(size_t{0}, (pixels.size() + kAtOnce - 1) / kAtOnce, [&](size_t part) {
+    const std::span all(pixels);
+    const auto some = all.subspan(part * kAtOnce, std::min(kAtOnce, all.size() - part * kAtOnce));
+    meter->AddRays(tracers.local().Trace(some, cancel, film));
+  });
+}
+
 void FilmTracer::TraceGuides(const PinholeCamera& camera, const SampleStream& stream,
                              const CancelToken& cancel, TraceMeter* meter, Film* film) const {
-  constexpr int kMore = 8;
+  constexpr int kMoreRays = 8;
   if (profile_.denoise == DenoiseQuality::kOff || SamplesOf(camera) >= kFew) return;
   PathOptions options = Options(0);
   options.cache = nullptr;
   options.only_guides = true;
-  TracePixels(camera, {stream.Hash(), kMore}, options, film->MixedPixels(), cancel, meter, film);
+  const std::vector<PixelAt> mixed = film->MixedPixels();
+  const uint32_t hash = stream.Hash();
+  if (camera.lens != nullptr) {
+    const PixelSampling sampling{hash, kMoreRays};
+    const auto make = [&] { return PixelTracer(geometry_, lights_, options, camera, sampling); };
+    return TracePixels(make, mixed, cancel, meter, film);
+  }
+  const VisibilityBuffer visible = rasteriser_->Draw(camera, hash, cancel);
+  const auto make = [&] { return GuideTracer(geometry_, lights_, options, camera, hash, visible); };
+  TracePixels(make, mixed, cancel, meter, film);
 }
 
 void FilmTracer::TraceEdges(const PinholeCamera& camera, const SampleStream& stream, float clamp,
@@ -135,20 +159,11 @@ void FilmTracer::TraceEdges(const PinholeCamera& camera, const SampleStream& str
   constexpr int kTimes = 4;
   const int samples = SamplesOf(camera);
   if (profile_.clamp <= 0.0f || samples >= kFew) return;
-  TracePixels(camera, {stream.Hash(), kTimes * samples}, Options(clamp),
-              EdgesOf(Overexposed(film->color, exposure)), cancel, meter, film);
-}
-
-void FilmTracer::TracePixels(const PinholeCamera& camera, const PixelSampling& sampling,
-                             const PathOptions& options, const std::vector<PixelAt>& pixels,
-                             const CancelToken& cancel, TraceMeter* meter, Film* film) const {
-  constexpr size_t kAtOnce = kTile * kTile;
-  PixelTracers tracers([&] { return PixelTracer(geometry_, lights_, options, camera, sampling); });
-  tbb::parallel_for(size_t{0}, (pixels.size() + kAtOnce - 1) / kAtOnce, [&](size_t part) {
-    const std::span all(pixels);
-    const auto some = all.subspan(part * kAtOnce, std::min(kAtOnce, all.size() - part * kAtOnce));
-    meter->AddRays(tracers.local().Trace(some, cancel, film));
-  });
+  const PixelSampling sampling{stream.Hash(), kTimes * samples};
+  const auto make = [&] {
+    return PixelTracer(geometry_, lights_, Options(clamp), camera, sampling);
+  };
+  TracePixels(make, EdgesOf(Overexposed(film->color, exposure)), cancel, meter, film);
 }
 
 }  // namespace parallax

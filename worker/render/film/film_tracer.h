@@ -10,6 +10,7 @@
 #include "worker/render/film/film.h"
 #include "worker/render/film/pixel_tracer.h"
 #include "worker/render/paths/profiles.h"
+#include "worker/render/raster/rasteriser.h"
 #include "worker/render/renderer.h"
 
 namespace parallax {
@@ -51,10 +52,16 @@ ImageF DisparityOf(const ImageF& depth_m, double focal_times_baseline);
 // threads, and leave pixels as they are once cancelled.
 class FilmTracer {
  public:
-  // `cache` is null where paths are traced to their end.
+  // `cache` is null where paths are traced to their end, `rasteriser` where NeedsRasteriser says
+  // that the profile has no use for it.
   FilmTracer(const RenderScene& geometry, const LightTable& lights, const RenderProfile& profile,
-             const RadianceCache* cache)
-      : geometry_(geometry), lights_(lights), profile_(profile), cache_(cache) {}
+             const RadianceCache* cache, const Rasteriser* rasteriser)
+      : geometry_(geometry),
+        lights_(lights),
+        profile_(profile),
+        cache_(cache),
+        rasteriser_(rasteriser) {}
+  static bool NeedsRasteriser(const RenderProfile& profile);
 
   // Returns the options of paths whose contributions are cut at this luminance; 0: never.
   PathOptions Options(float clamp) const;
@@ -66,8 +73,9 @@ class FilmTracer {
   // Traces all pixels of the picture.
   void TraceEye(const PinholeCamera& camera, const SampleStream& stream, const EyeTruth& truth,
                 float clamp, const CancelToken& cancel, TraceMeter* meter, Film* film) const;
-  // Adds samples of the denoiser's guides, without light, where a pixel's few samples differ. Does
-  // nothing for profiles without a denoiser or with many samples.
+  // Adds samples of the denoiser's guides, without light, where a pixel's few samples differ. What
+  // a pinhole sees is rasterised. Does nothing for profiles without a denoiser or with many
+  // samples.
   void TraceGuides(const PinholeCamera& camera, const SampleStream& stream,
                    const CancelToken& cancel, TraceMeter* meter, Film* film) const;
   // Traces the edges of overexposed regions again, with more samples. Does nothing for profiles
@@ -79,15 +87,16 @@ class FilmTracer {
   int SamplesOf(const PinholeCamera& camera) const {
     return profile_.SamplesPerPixel(camera.width_px, camera.height_px);
   }
-  // Traces single pixels independently.
-  void TracePixels(const PinholeCamera& camera, const PixelSampling& sampling,
-                   const PathOptions& options, const std::vector<PixelAt>& pixels,
-                   const CancelToken& cancel, TraceMeter* meter, Film* film) const;
+  // Traces single pixels independently, by tracers that `make` returns, one a thread.
+  template <typename MakeTracer>
+  static void TracePixels(const MakeTracer& make, const std::vector<PixelAt>& pixels,
+                          const CancelToken& cancel, TraceMeter* meter, Film* film);
 
   const RenderScene& geometry_;
   const LightTable& lights_;
   const RenderProfile& profile_;
   const RadianceCache* const cache_;
+  const Rasteriser* const rasteriser_;
 };
 
 }  // namespace parallax

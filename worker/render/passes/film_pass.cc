@@ -153,7 +153,8 @@ absl::Status RunFilm(PassScene& scene, Shot& shot, const CancelToken& cancel) {
 
 }  // namespace
 
-// The bytes are those of both eyes' films and maps, and the denoiser's buffers.
-extern const Pass kFilmPass{"film", nullptr, 400, 2, nullptr, &RunFilm};
+// The bytes are those of both eyes' films and maps, the denoiser's buffers, and one eye's
+// visibility buffer.
+extern const Pass kFilmPass{"film", nullptr, 464, 2, nullptr, &RunFilm};
 
 }  // namespace parallax

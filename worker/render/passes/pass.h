@@ -31,7 +31,7 @@ namespace parallax {
 struct PassScene {
   PassScene(const v1::Scene& scene, const RenderProfile& scene_profile,
             std::unique_ptr<RenderScene> scene_geometry, LightTable scene_lights,
-            std::unique_ptr<Denoiser> scene_denoiser)
+            std::optional<Rasteriser> scene_rasteriser, std::unique_ptr<Denoiser> scene_denoiser)
       : seed(scene.scene_seed()),
         book(scene),
         profile(scene_profile),
@@ -39,9 +39,13 @@ struct PassScene {
         geometry(std::move(scene_geometry)),
         moving(scene, geometry.get()),
         lights(std::move(scene_lights)),
+        rasteriser(std::move(scene_rasteriser)),
         denoiser(std::move(scene_denoiser)) {}
 
-  FilmTracer Tracer() const { return {*geometry, lights, profile, cache ? &*cache : nullptr}; }
+  FilmTracer Tracer() const {
+    return {*geometry, lights, profile, cache ? &*cache : nullptr,
+            rasteriser ? &*rasteriser : nullptr};
+  }
   // Returns the stream of random numbers of a picture: `part` tells the uses of one eye apart.
   SampleStream StreamOf(const v1::Rig& rig, int eye, uint32_t part) const {
     return {seed, rig.index(), static_cast<uint32_t>(eye), part};
@@ -56,7 +60,8 @@ struct PassScene {
   const bool has_keyframes;  // Every rig has objects and lights placed anew.
   const std::unique_ptr<RenderScene> geometry;
   MovingScene moving;
-  LightTable lights;  // Constant except for keyframes.
+  LightTable lights;                           // Constant except for keyframes.
+  const std::optional<Rasteriser> rasteriser;  // Where the profile needs it.
   const std::unique_ptr<Denoiser> denoiser;
   std::optional<RadianceCache> cache;  // Filled by the first pair that is rendered.
   std::optional<KeptLeft> kept_left;   // The last left eye that other rigs share.

@@ -79,6 +79,8 @@ size_t PathTracer::AddPaths(std::span<const PathStarts8> starts, size_t next) {
     walks.sample.PutFrom(walk, start.sample);
     walks.dimension.PutFrom(walk, Bits8{} + start.dimension);
     AddPaths(next);
+    walks.body.PutFrom(walk, start.body);
+    walks.triangle.PutFrom(walk, start.triangle);
     next += kLanes;
   }
   return next;
@@ -101,6 +103,7 @@ void PathTracer::AddPaths(size_t path) {
        {&walks.cell, &walks.bounce, &walks.passages, &walks.rays, &walks.guided}) {
     row->PutFrom(walk, Int8{});
   }
+  walks.body.PutFrom(walk, Int8{} + PathStarts8::kUnknown);
   state.count += std::min<size_t>(kLanes, state.results.size() - path);
   for (size_t block = walk / kLanes; block < blocks(); ++block) {
     const int before = static_cast<int>(std::max(walk, block * kLanes) - block * kLanes);
@@ -216,7 +219,7 @@ Vec3f PathTracer::MeshLight(size_t walk, float cosine) const {
 
 // ---- Rays ----
 
-// Rays of one eye with nearly the same direction go in packets.
+// Rays of one eye with nearly the same direction go in packets. Hits that are known are not traced.
 void PathTracer::Intersect() {
   constexpr float kAlike = 0.999f;  // Cosine of 2.5 degrees.
   State& state = *state_;
@@ -224,17 +227,32 @@ void PathTracer::Intersect() {
   for (size_t block = 0; block < blocks(); ++block) {
     const Rays8 rays{walks.origin.At(block), walks.direction.At(block)};
     const size_t first = block * kLanes;
-    const Mask8 lanes = Staying(block);
+    const Mask8 known = Staying(block) & (walks.body.At(block) != PathStarts8::kUnknown);
+    const Mask8 lanes = Staying(block) & ~known;
     const Vec3x8 from = walks.origin[first], ahead = walks.direction[first];
     const Mask8 alike = (walks.bounce.At(block) == 0) & (rays.origin.x == from.x) &
                         (rays.origin.y == from.y) & (rays.origin.z == from.z) &
                         (Inner(rays.direction, ahead) > kAlike);
     const bool coherent = !Any(lanes & ~alike) && Any(lanes & ~FirstLanes(1));
     Hits8& hits = state.met[block];
-    scene_.trees().Intersect(RayTrees::Tree::kFast, rays, lanes, coherent, &hits);
+    if (Any(lanes) || !Any(known)) {
+      scene_.trees().Intersect(RayTrees::Tree::kFast, rays, lanes, coherent, &hits);
+    }
+    if (Any(known)) TakeKnownHits(block, rays, known);
     walks.rays.At(block) -= lanes;  // One more each.
     scene_.Prefetch(hits);
   }
+}
+
+void PathTracer::TakeKnownHits(size_t block, const Rays8& rays, Mask8 known) {
+  WalkRows& walks = state_->walks;
+  Hits8 seen;
+  seen.placed = walks.body.At(block);
+  seen.triangle = walks.triangle.At(block);
+  seen.met = known & (seen.placed != PathStarts8::kNothing);
+  scene_.HitTriangles(rays, &seen);
+  state_->met[block] = Select(known, seen, state_->met[block]);
+  walks.body.At(block) = Int8{} + PathStarts8::kUnknown;
 }
 
 void PathTracer::LoadHits() {

@@ -81,6 +81,11 @@ struct PathStarts8 {
   Float8 spread;           // As Ray's; the cones begin as points.
   Bits8 seed, sample;      // Sampler seeds and sample indices.
   uint32_t dimension = 0;  // Pairs drawn so far.
+  // The triangles that the rays meet first, as Rasteriser finds them; no ray is traced where they
+  // are known.
+  static constexpr int32_t kUnknown = -1;  // Body: a ray is traced.
+  static constexpr int32_t kNothing = -2;  // Body: the ray meets no surface.
+  Int8 body = Int8{} + kUnknown, triangle{};
 };
 
 // One path, from its camera ray on.
@@ -121,6 +126,7 @@ class PathTracer {
 
   // The parts of a step, in this order; each prefetches what the next one reads.
   void Intersect();
+  void TakeKnownHits(size_t block, const Rays8& rays, Mask8 known);
   // Adds light that rays met outside of surfaces, and identifies the surfaces that the others met.
   void LoadHits();
   void QueryCache();

@@ -98,16 +98,28 @@ float FilmTracer::PilotLuminance(const SampleStream streams[2], const StereoCame
   return std::max(Square(sum / (2 * kRows * kColumns)), 1e-3f);
 }
 
+bool FilmTracer::NeedsRasteriser(const RenderProfile& profile) {
+  return profile.samples_per_pixel < kFew;
+}
+
+std::optional<VisibilityBuffer> FilmTracer::Draw(const PinholeCamera& camera,
+                                                 const SampleStream& stream,
+                                                 const CancelToken& cancel) const {
+  if (camera.lens != nullptr || SamplesOf(camera) >= kFew) return std::nullopt;
+  return rasteriser_->Draw(camera, stream.Hash(), cancel);
+}
+
 void FilmTracer::TraceEye(const PinholeCamera& camera, const SampleStream& stream,
-                          const EyeTruth& truth, float clamp, const CancelToken& cancel,
-                          TraceMeter* meter, Film* film) const {
+                          const VisibilityBuffer* visible, const EyeTruth& truth, float clamp,
+                          const CancelToken& cancel, TraceMeter* meter, Film* film) const {
   const int samples = SamplesOf(camera);
   const PixelSampling sampling{stream.Hash(),
                                samples,
                                SampleTogether(camera, samples),
                                truth.disparity_px.empty() ? nullptr : &truth.disparity_px,
                                truth.focal_times_baseline,
-                               truth.baselines};
+                               truth.baselines,
+                               visible};
   tbb::enumerable_thread_specific<PixelTracer> tracers(  // One a thread.
       [&] { return PixelTracer(geometry_, lights_, Options(clamp), camera, sampling); });
   const Tiles tiles(camera);
@@ -116,10 +128,6 @@ void FilmTracer::TraceEye(const PinholeCamera& camera, const SampleStream& strea
     meter->AddRays(tracers.local().Trace(pixels, cancel, film));
     if (!cancel.cancelled()) meter->AddPixels(static_cast<int64_t>(pixels.size()));
   });
-}
-
-bool FilmTracer::NeedsRasteriser(const RenderProfile& profile) {
-  return profile.denoise != DenoiseQuality::kOff && profile.samples_per_pixel < kFew;
 }
 
 template <typename MakeTracer>
@@ -135,7 +143,8 @@ void FilmTracer::TracePixels(const MakeTracer& make, const std::vector<PixelAt>&
 }
 
 void FilmTracer::TraceGuides(const PinholeCamera& camera, const SampleStream& stream,
-                             const CancelToken& cancel, TraceMeter* meter, Film* film) const {
+                             const VisibilityBuffer* visible, const CancelToken& cancel,
+                             TraceMeter* meter, Film* film) const {
   constexpr int kMoreRays = 8;
   if (profile_.denoise == DenoiseQuality::kOff || SamplesOf(camera) >= kFew) return;
   PathOptions options = Options(0);
@@ -143,13 +152,14 @@ void FilmTracer::TraceGuides(const PinholeCamera& camera, const SampleStream& st
   options.only_guides = true;
   const std::vector<PixelAt> mixed = film->MixedPixels();
   const uint32_t hash = stream.Hash();
-  if (camera.lens != nullptr) {
+  if (visible == nullptr) {
     const PixelSampling sampling{hash, kMoreRays};
     const auto make = [&] { return PixelTracer(geometry_, lights_, options, camera, sampling); };
     return TracePixels(make, mixed, cancel, meter, film);
   }
-  const VisibilityBuffer visible = rasteriser_->Draw(camera, hash, cancel);
-  const auto make = [&] { return GuideTracer(geometry_, lights_, options, camera, hash, visible); };
+  const auto make = [&] {
+    return GuideTracer(geometry_, lights_, options, camera, hash, *visible);
+  };
   TracePixels(make, mixed, cancel, meter, film);
 }
 

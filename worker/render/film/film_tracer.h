@@ -70,14 +70,20 @@ class FilmTracer {
   // Lamps that are seen directly are cut so that they do not raise it.
   float PilotLuminance(const SampleStream streams[2], const StereoCamera& stereo) const;
 
-  // Traces all pixels of the picture.
-  void TraceEye(const PinholeCamera& camera, const SampleStream& stream, const EyeTruth& truth,
-                float clamp, const CancelToken& cancel, TraceMeter* meter, Film* film) const;
-  // Adds samples of the denoiser's guides, without light, where a pixel's few samples differ. What
-  // a pinhole sees is rasterised. Does nothing for profiles without a denoiser or with many
-  // samples.
+  // Rasterises what an eye sees at points of the stream. Returns none for a camera with a lens and
+  // for profiles with many samples, whose looks are rays.
+  std::optional<VisibilityBuffer> Draw(const PinholeCamera& camera, const SampleStream& stream,
+                                       const CancelToken& cancel) const;
+  // Traces all pixels of the picture. `visible` is what Draw returned for this stream, or null.
+  void TraceEye(const PinholeCamera& camera, const SampleStream& stream,
+                const VisibilityBuffer* visible, const EyeTruth& truth, float clamp,
+                const CancelToken& cancel, TraceMeter* meter, Film* film) const;
+  // Adds samples of the denoiser's guides, without light, where a pixel's few samples differ: all
+  // that are in `visible`, or if that is null, traced ones. Does nothing for profiles without a
+  // denoiser or with many samples.
   void TraceGuides(const PinholeCamera& camera, const SampleStream& stream,
-                   const CancelToken& cancel, TraceMeter* meter, Film* film) const;
+                   const VisibilityBuffer* visible, const CancelToken& cancel, TraceMeter* meter,
+                   Film* film) const;
   // Traces the edges of overexposed regions again, with more samples. Does nothing for profiles
   // without a clamp or with many samples.
   void TraceEdges(const PinholeCamera& camera, const SampleStream& stream, float clamp,

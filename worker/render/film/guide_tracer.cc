@@ -44,13 +44,7 @@ void GuideTracer::Start(std::span<const PixelAt> pixels) {
       x[k] = static_cast<uint32_t>(at.x);
       y[k] = static_cast<uint32_t>(at.y);
       sample[k] = fragment.sample;
-      u[k] = visible_.points().X(at.x, at.y)[fragment.sample];
-      v[k] = visible_.points().Y(at.x, at.y)[fragment.sample];
-      start.body[k] = PathStarts8::kNothing;
-      if (fragment.id == VisibilityBuffer::kNothing) continue;
-      const SeenTriangle seen = visible_.TriangleOf(fragment.id);
-      start.body[k] = static_cast<int32_t>(seen.body);
-      start.triangle[k] = static_cast<int32_t>(seen.triangle);
+      StartAtSeen(visible_, at, fragment.sample, k, &start, &u, &v);
     }
     start.seed = Bits8{} + stream_hash_;
     start.sample = Sampler::NumberInImage(x, y, SamplePoints::kLog2Samples, sample);

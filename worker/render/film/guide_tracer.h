@@ -7,8 +7,8 @@
 #include "common/base/cancel.h"
 #include "worker/render/camera/camera_rays.h"
 #include "worker/render/film/film.h"
+#include "worker/render/film/seen_starts.h"
 #include "worker/render/paths/path_tracer.h"
-#include "worker/render/raster/visibility_buffer.h"
 
 namespace parallax {
 

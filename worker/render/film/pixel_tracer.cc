@@ -29,19 +29,22 @@ size_t PixelTracer::Start(std::span<const PixelAt> pixels, size_t first) {
   const size_t count = std::min(pixels.size() * samples - first, kAtOnce);
   size_t pixel = first / samples, number = first % samples;
   for (size_t begin = 0; begin < count; begin += kLanes) {
+    PathStarts8& start = starts_[begin / kLanes];
     Bits8 x{}, y{}, sample{};
+    Float8 u{}, v{};
     for (size_t k = 0; k < std::min<size_t>(kLanes, count - begin); ++k) {
       x[k] = static_cast<uint32_t>(pixels[pixel].x);
       y[k] = static_cast<uint32_t>(pixels[pixel].y);
       sample[k] = static_cast<uint32_t>(number);
+      if (sampling_.visible) {
+        StartAtSeen(*sampling_.visible, pixels[pixel], number, k, &start, &u, &v);
+      }
       if (++number < samples) continue;
       number = 0;
       ++pixel;
     }
-    PathStarts8& start = starts_[begin / kLanes];
     sampling_.Samplers(x, y, sample, &start.seed, &start.sample);
-    Float8 u, v;
-    Sampler::Pairs(start.seed, start.sample, Bits8{}, &u, &v);
+    if (!sampling_.visible) Sampler::Pairs(start.seed, start.sample, Bits8{}, &u, &v);
     start.dimension = 1;
     start.rays = rays_.Through(ToFloat((Int8)x) + u, ToFloat((Int8)y) + v);
     start.spread = Splat(rays_.spread());

@@ -7,6 +7,7 @@
 #include "common/base/cancel.h"
 #include "worker/render/camera/camera_rays.h"
 #include "worker/render/film/film.h"
+#include "worker/render/film/seen_starts.h"
 #include "worker/render/paths/path_tracer.h"
 
 namespace parallax {
@@ -24,6 +25,9 @@ struct PixelSampling {
   double focal_times_baseline = 0;
   // For each rig that shares this eye: its baseline over the one above. At most kMostPartners.
   std::vector<double> baselines = {1.0};
+  // What the eye sees at the first samples() of its points: paths begin there, without a ray. Null:
+  // camera rays are traced. Borrowed.
+  const VisibilityBuffer* visible = nullptr;
 
   // Sets the seeds and numbers of the samplers for eight samples of pixels (x, y).
   void Samplers(Bits8 x, Bits8 y, Bits8 sample, Bits8* seeds, Bits8* numbers) const;

@@ -73,10 +73,13 @@ class FilmPass {
     for (int eye = first_eye(); eye < 2; ++eye) {
       const PinholeCamera& camera = shot_.stereo.eyes[eye];
       Film& film = films_[eye].emplace(camera);
-      tracer.TraceEye(camera, stream(eye, 0), TruthOf(eye), shot_.clamp, cancel_, &shot_.meter,
-                      &film);
+      const auto drawn = tracer.Draw(camera, stream(eye, 0), cancel_);
+      const VisibilityBuffer* const visible = drawn ? &*drawn : nullptr;
+      tracer.TraceEye(camera, stream(eye, 0), visible, TruthOf(eye), shot_.clamp, cancel_,
+                      &shot_.meter, &film);
       if (cancel_.cancelled()) return Cancelled("render: cancelled");
-      tracer.TraceGuides(camera, stream(eye, 4), cancel_, &shot_.meter, &film);
+      tracer.TraceGuides(camera, stream(eye, visible ? 0 : 4), visible, cancel_, &shot_.meter,
+                         &film);
       if (cancel_.cancelled()) return Cancelled("render: cancelled");
     }
     shot_.frame.exposure = shot_.kept ? shot_.kept->exposure : Exposure();

@@ -76,6 +76,51 @@ TEST(GuideTracer, GuidesAreThoseOfAllSamplesOfAPixelForFewRays) {
   EXPECT_LT(10 * rays_traced, rays_wanted);
 }
 
+// Rays through the same points, each traced alone.
+TEST(PixelTracer, PathsThatBeginAtRasterisedTrianglesBringTheLightOfRays) {
+  constexpr int kSamples = 4, kLog2 = 2;
+  constexpr uint32_t kStream = 5;
+  const Built built = Build(Laths());
+  const PinholeCamera eye = StereoCamera::FromRig(test::BoxRoomRig(48, 32))->eyes[0];
+  const VisibilityBuffer visible = Rasteriser::Create(*built.scene)->Draw(eye, kStream, {});
+  std::vector<PixelAt> pixels;
+  for (int i = 0; i < eye.width_px * eye.height_px; ++i) {
+    pixels.push_back({i % eye.width_px, i / eye.width_px});
+  }
+  Film film(eye);
+  PixelSampling sampling{.stream_hash = kStream, .samples = kSamples, .together = true};
+  sampling.visible = &visible;
+  PixelTracer pixel_tracer(*built.scene, built.lights, PathOptions(), eye, sampling);
+  const uint64_t rays_traced = pixel_tracer.Trace(pixels, {}, &film);
+
+  PathTracer tracer(*built.scene, built.lights, PathOptions());
+  const CameraRays rays(eye);
+  uint64_t rays_wanted = 0;
+  int other = 0;
+  for (const PixelAt& at : pixels) {
+    PixelSum sum;
+    for (int k = 0; k < kSamples; ++k) {
+      Sampler sampler =
+          Sampler::OfImage(kStream, static_cast<uint32_t>(at.x), static_cast<uint32_t>(at.y), kLog2,
+                           static_cast<uint32_t>(k));
+      sampler.Pair();  // The place in the pixel.
+      const PathResult result =
+          tracer.Trace(rays.Through(static_cast<float>(at.x) + visible.points().X(at.x, at.y)[k],
+                                    static_cast<float>(at.y) + visible.points().Y(at.x, at.y)[k]),
+                       sampler);
+      sum.Add(result);
+      rays_wanted += result.rays;
+    }
+    for (int c = 0; c < 3; ++c) {
+      const float wanted = sum.color[c] / kSamples;
+      other += std::abs(film.color(at.x, at.y, c) - wanted) > 1e-3f * (wanted + 0.01f) ? 1 : 0;
+    }
+  }
+  // Points that lie on edges to rounding.
+  EXPECT_LT(other, 0.01 * 3.0 * static_cast<double>(pixels.size()));
+  EXPECT_EQ(rays_traced + pixels.size() * kSamples, rays_wanted);
+}
+
 TEST(GuideTracer, ACancelLeavesPixelsAsTheyAre) {
   const Built built = Build(Laths());
   const PinholeCamera eye = StereoCamera::FromRig(test::BoxRoomRig(8, 8))->eyes[0];

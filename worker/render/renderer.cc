@@ -128,7 +128,7 @@ absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const v1::Scene& scen
                                                            SceneGeometry geometry,
                                                            const v1::RenderConfig& config) {
   try {
-    ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config));
+    ASSIGN_OR_RETURN(RenderProfile profile, ResolveProfile(config));
     RETURN_IF_ERROR(CheckKeyframes(scene));
     std::vector<bool> movers = MoversOf(scene, geometry);
     ASSIGN_OR_RETURN(std::unique_ptr<RenderScene> built,
@@ -137,6 +137,11 @@ absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const v1::Scene& scen
     std::optional<Rasteriser> rasteriser;
     if (FilmTracer::NeedsRasteriser(profile)) {
       ASSIGN_OR_RETURN(rasteriser, Rasteriser::Create(*built));
+    }
+    // Pictures of open land have all samples of the rasteriser, and gain nothing from the larger
+    // network.
+    if (IsOpenLand(*built, lights) && profile.denoise == DenoiseQuality::kBalanced) {
+      profile.denoise = DenoiseQuality::kFast;
     }
     std::unique_ptr<Denoiser> denoiser;
     if (profile.denoise != DenoiseQuality::kOff) {

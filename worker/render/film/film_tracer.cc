@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "worker/render/film/guide_tracer.h"
+#include "worker/render/film/fragment_tracer.h"
 #include "worker/render/film/overexposed.h"
 
 namespace parallax {
@@ -60,8 +60,12 @@ PathOptions FilmTracer::Options(float clamp) const {
   PathOptions options;
   options.max_bounces = profile_.max_bounces;
   options.clamp_luminance = clamp;
-  options.cache = cache_ && !cache_->empty() ? cache_ : nullptr;
+  options.cache = light_.cache && !light_.cache->empty() ? light_.cache : nullptr;
   options.cache_footprint = profile_.cache_footprint;
+  if (light_.volume && !light_.volume->empty()) {
+    options.volume = light_.volume;
+    options.direct = DirectLight::kSunByLightSampling;
+  }
   return options;
 }
 
@@ -120,14 +124,21 @@ void FilmTracer::TraceEye(const PinholeCamera& camera, const SampleStream& strea
                                truth.focal_times_baseline,
                                truth.baselines,
                                visible};
-  tbb::enumerable_thread_specific<PixelTracer> tracers(  // One a thread.
-      [&] { return PixelTracer(geometry_, lights_, Options(clamp), camera, sampling); });
-  const Tiles tiles(camera);
-  tbb::parallel_for(0, tiles.count(), [&](int tile) {
-    const std::vector<PixelAt> pixels = tiles.PixelsOf(tile);
-    meter->AddRays(tracers.local().Trace(pixels, cancel, film));
-    if (!cancel.cancelled()) meter->AddPixels(static_cast<int64_t>(pixels.size()));
-  });
+  const PathOptions options = Options(clamp);
+  const auto trace = [&](auto make) {
+    tbb::enumerable_thread_specific<std::invoke_result_t<decltype(make)>> tracers(make);
+    const Tiles tiles(camera);
+    tbb::parallel_for(0, tiles.count(), [&](int tile) {
+      const std::vector<PixelAt> pixels = tiles.PixelsOf(tile);
+      meter->AddRays(tracers.local().Trace(pixels, cancel, film));
+      if (!cancel.cancelled()) meter->AddPixels(static_cast<int64_t>(pixels.size()));
+    });
+  };
+  if (visible && options.volume) {
+    trace([&] { return FragmentTracer(geometry_, lights_, options, camera, sampling); });
+  } else {
+    trace([&] { return PixelTracer(geometry_, lights_, options, camera, sampling); });
+  }
 }
 
 template <typename MakeTracer>
@@ -146,21 +157,22 @@ void FilmTracer::TraceGuides(const PinholeCamera& camera, const SampleStream& st
                              const VisibilityBuffer* visible, const CancelToken& cancel,
                              TraceMeter* meter, Film* film) const {
   constexpr int kMoreRays = 8;
-  if (profile_.denoise == DenoiseQuality::kOff || SamplesOf(camera) >= kFew) return;
+  const bool whole = visible && light_.volume;  // TraceEye has taken all that is visible.
+  if (profile_.denoise == DenoiseQuality::kOff || SamplesOf(camera) >= kFew || whole) return;
   PathOptions options = Options(0);
   options.cache = nullptr;
+  options.volume = nullptr;
   options.only_guides = true;
   const std::vector<PixelAt> mixed = film->MixedPixels();
-  const uint32_t hash = stream.Hash();
-  if (visible == nullptr) {
-    const PixelSampling sampling{hash, kMoreRays};
+  PixelSampling sampling{stream.Hash(), kMoreRays};
+  sampling.visible = visible;
+  if (visible) {
+    const auto make = [&] { return FragmentTracer(geometry_, lights_, options, camera, sampling); };
+    TracePixels(make, mixed, cancel, meter, film);
+  } else {
     const auto make = [&] { return PixelTracer(geometry_, lights_, options, camera, sampling); };
-    return TracePixels(make, mixed, cancel, meter, film);
+    TracePixels(make, mixed, cancel, meter, film);
   }
-  const auto make = [&] {
-    return GuideTracer(geometry_, lights_, options, camera, hash, *visible);
-  };
-  TracePixels(make, mixed, cancel, meter, film);
 }
 
 void FilmTracer::TraceEdges(const PinholeCamera& camera, const SampleStream& stream, float clamp,

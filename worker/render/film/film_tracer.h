@@ -12,6 +12,7 @@
 #include "worker/render/paths/profiles.h"
 #include "worker/render/raster/rasteriser.h"
 #include "worker/render/renderer.h"
+#include "worker/render/volume/irradiance_volume.h"
 
 namespace parallax {
 
@@ -48,18 +49,23 @@ struct EyeTruth {
 // Returns the disparity f b / z of each pixel with a depth, and 0 of the others.
 ImageF DisparityOf(const ImageF& depth_m, double focal_times_baseline);
 
+// Light that was learnt before, in which paths end; null: not there.
+struct StoredLight {
+  const RadianceCache* cache = nullptr;      // In rooms.
+  const IrradianceVolume* volume = nullptr;  // In open land.
+};
+
 // Traces films. Borrows everything that it is made of. Its functions are thread-safe, use all
 // threads, and leave pixels as they are once cancelled.
 class FilmTracer {
  public:
-  // `cache` is null where paths are traced to their end, `rasteriser` where NeedsRasteriser says
-  // that the profile has no use for it.
+  // `rasteriser` is null where NeedsRasteriser says that the profile has no use for it.
   FilmTracer(const RenderScene& geometry, const LightTable& lights, const RenderProfile& profile,
-             const RadianceCache* cache, const Rasteriser* rasteriser)
+             const StoredLight& light, const Rasteriser* rasteriser)
       : geometry_(geometry),
         lights_(lights),
         profile_(profile),
-        cache_(cache),
+        light_(light),
         rasteriser_(rasteriser) {}
   static bool NeedsRasteriser(const RenderProfile& profile);
 
@@ -101,7 +107,7 @@ class FilmTracer {
   const RenderScene& geometry_;
   const LightTable& lights_;
   const RenderProfile& profile_;
-  const RadianceCache* const cache_;
+  const StoredLight light_;
   const Rasteriser* const rasteriser_;
 };
 

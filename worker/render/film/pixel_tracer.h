@@ -31,6 +31,10 @@ struct PixelSampling {
 
   // Sets the seeds and numbers of the samplers for eight samples of pixels (x, y).
   void Samplers(Bits8 x, Bits8 y, Bits8 sample, Bits8* seeds, Bits8* numbers) const;
+  // Compares `count` samples of a pixel with its ground truth, where that is given, and counts them
+  // for each rig for which they lie within 1 px of it.
+  void Judge(const PinholeCamera& camera, const PixelAt& at, const PathResult& result, int count,
+             PixelSum* sum) const;
 };
 
 // Reuses its scratch memory between calls: not thread-safe. All arguments must outlive it.
@@ -46,9 +50,6 @@ class PixelTracer {
  private:
   // Starts up to kAtOnce paths from sample `first` on; returns their number.
   size_t Start(std::span<const PixelAt> pixels, size_t first);
-  // Compares a sample with the pixel's ground truth, and counts it for each rig for which it lies
-  // within 1 px of it.
-  void Judge(const PixelAt& at, const PathResult& result, PixelSum* sum) const;
 
   PathTracer tracer_;
   const CameraRays rays_;

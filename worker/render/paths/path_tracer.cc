@@ -9,7 +9,7 @@ PathTracer::PathTracer(const RenderScene& scene, const LightTable& lights,
                        const PathOptions& options)
     : scene_(scene),
       lights_(lights),
-      light_sampler_(lights),
+      light_sampler_(lights, options.direct != DirectLight::kSunByLightSampling),
       options_(options),
       state_(std::make_unique<State>()) {
   state_->alike.resize(scene.geometry().materials.size());
@@ -40,6 +40,7 @@ void PathTracer::Trace(std::span<Path> paths) {
       walks.seed[walk] = path.sampler.seed();
       walks.sample[walk] = path.sampler.sample();
       walks.dimension[walk] = path.sampler.dimension();
+      if (path.lights_sampled) walks.pdf[walk] = 1;
       state.trails[walk] = path.trail;
       state.learning |= path.trail != nullptr;
     }
@@ -187,11 +188,14 @@ void PathTracer::Add(size_t block, Mask8 walks, const Vec3x8& contribution) {
 
 // Whether light met by BSDF sampling counts; with light sampling alone, only if that can't find it.
 bool PathTracer::FoundByBsdf(size_t walk) const {
-  return options_.direct != DirectLight::kLightSampling || !std::isfinite(state_->walks.pdf[walk]);
+  return options_.direct == DirectLight::kBoth || options_.direct == DirectLight::kBsdfSampling ||
+         !std::isfinite(state_->walks.pdf[walk]);
 }
 
 Mask8 PathTracer::FoundByBsdf8(size_t block) const {
-  if (options_.direct != DirectLight::kLightSampling) return ~Mask8{};
+  if (options_.direct == DirectLight::kBoth || options_.direct == DirectLight::kBsdfSampling) {
+    return ~Mask8{};
+  }
   return ~IsFinite(state_->walks.pdf.At(block));
 }
 
@@ -301,10 +305,16 @@ void PathTracer::LoadHits() {
 }
 
 void PathTracer::Escape(size_t walk) {
-  if (!FoundByBsdf(walk)) return;
+  const bool sun = FoundByBsdf(walk);
+  if (!sun && options_.direct != DirectLight::kSunByLightSampling) return;
   const WalkRows& walks = state_->walks;
-  const Vec3f sky =
-      light_sampler_.EscapeRadiance(ReceiverOf(walk), walks.direction[walk], MisPdf(walk));
+  const Vec3f& direction = walks.direction[walk];
+  Vec3f sky = Vec3f::Zero();
+  if (sun) {
+    sky = light_sampler_.EscapeRadiance(ReceiverOf(walk), direction, MisPdf(walk));
+  } else if (lights_.sky().has_sky()) {
+    sky = lights_.sky().Radiance(direction);
+  }
   Add(walk, walks.throughput[walk].cwiseProduct(sky));
   if (walks.guided[walk]) return;
   state_->result(walk).albedo = sky.cwiseMin(1.0f).cwiseProduct(walks.tint[walk]);
@@ -314,8 +324,9 @@ void PathTracer::Escape(size_t walk) {
 void PathTracer::PassHaze(size_t block, const Hits8& hits) {
   State& state = *state_;
   WalkRows& walks = state.walks;
-  const Mask8 seen = Staying(block) & hits.met & (walks.bounce.At(block) == 0);
-  const Mask8 first = seen | (Live(block) & ~hits.met & (walks.bounce.At(block) == 0));
+  const Mask8 from_eye = (walks.bounce.At(block) == 0) & ~IsFinite(walks.pdf.At(block));
+  const Mask8 seen = Staying(block) & hits.met & from_eye;
+  const Mask8 first = seen | (Live(block) & ~hits.met & from_eye);
   if (!Any(first)) return;
   for (uint32_t left = BitsOf(first); left != 0; left &= left - 1) {
     const int lane = __builtin_ctz(left);

@@ -1,4 +1,4 @@
-#include "worker/render/film/guide_tracer.h"
+#include "worker/render/film/fragment_tracer.h"
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ TestScene Laths() {
 }
 
 // The guides of all samples of a pixel, each traced as a ray.
-TEST(GuideTracer, GuidesAreThoseOfAllSamplesOfAPixelForFewRays) {
+TEST(FragmentTracer, GuidesAreThoseOfAllSamplesOfAPixelForFewRays) {
   const Built built = Build(Laths());
   const PinholeCamera eye = StereoCamera::FromRig(test::BoxRoomRig(48, 32))->eyes[0];
   constexpr uint32_t kStream = 5;
@@ -43,7 +43,7 @@ TEST(GuideTracer, GuidesAreThoseOfAllSamplesOfAPixelForFewRays) {
     pixels.push_back({i % eye.width_px, i / eye.width_px});
   }
   Film film(eye), wanted(eye);
-  GuideTracer guides(*built.scene, built.lights, options, eye, kStream, visible);
+  FragmentTracer guides(*built.scene, built.lights, options, eye, kStream, visible);
   const uint64_t rays_traced = guides.Trace(pixels, {}, &film);
 
   PathTracer tracer(*built.scene, built.lights, options);
@@ -121,11 +121,11 @@ TEST(PixelTracer, PathsThatBeginAtRasterisedTrianglesBringTheLightOfRays) {
   EXPECT_EQ(rays_traced + pixels.size() * kSamples, rays_wanted);
 }
 
-TEST(GuideTracer, ACancelLeavesPixelsAsTheyAre) {
+TEST(FragmentTracer, ACancelLeavesPixelsAsTheyAre) {
   const Built built = Build(Laths());
   const PinholeCamera eye = StereoCamera::FromRig(test::BoxRoomRig(8, 8))->eyes[0];
   const VisibilityBuffer visible = Rasteriser::Create(*built.scene)->Draw(eye, 5, {});
-  GuideTracer guides(*built.scene, built.lights, PathOptions(), eye, 5, visible);
+  FragmentTracer guides(*built.scene, built.lights, PathOptions(), eye, 5, visible);
   Film film(eye);
   const CancelToken cancel;
   cancel.Cancel();

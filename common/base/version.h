@@ -20,7 +20,7 @@ namespace parallax {
 //   evaluate scores: worker/evaluate
 inline constexpr char kLayoutVersion[] = "27";
 inline constexpr char kSceneVersion[] = "27";
-inline constexpr char kFrameVersion[] = "27";
+inline constexpr char kFrameVersion[] = "28";
 inline constexpr char kTrainVersion[] = "1";
 inline constexpr char kEvaluateVersion[] = "2";
 

@@ -33,6 +33,7 @@ struct PairTruth {
 // One pair of a benchmark.
 struct BenchmarkPair {
   std::string name;         // Unique in the benchmark; letters, digits, '_', '-', '.'.
+  std::string group = {};   // The set of the pair, where pairs of several come together.
   std::string left, right;  // Picture files.
   int shrink = 1;           // The pictures are reduced by this factor before they are predicted.
   // At the resolution of the reduced pictures. Errors: as ReadDisparity.

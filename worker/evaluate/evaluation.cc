@@ -90,6 +90,7 @@ absl::StatusOr<std::vector<Scores>> ScoreAll(const Benchmark& benchmark,
     ASSIGN_OR_RETURN(const PairTruth truth, pair.read_truth());
     ASSIGN_OR_RETURN(const ImageF predicted_px, ReadPfm(tasks[i].output));
     ASSIGN_OR_RETURN(Scores scores, ScorePair(pair.name, predicted_px, truth));
+    scores.pair_group = pair.group;
     if (scores.regions["all"].pixels == 0) {
       return DataLoss("{}: pair {} has no pixel with truth", benchmark.name, pair.name);
     }

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "worker/evaluate/benchmark.h"
+#include "worker/evaluate/pair_groups.h"
 
 namespace parallax {
 namespace {
@@ -51,45 +52,84 @@ absl::Status CheckComparable(const Evaluation& a, const Evaluation& b) {
   return absl::OkStatus();
 }
 
-// The figure's cells of one run, for the images that have its region.
-std::vector<Quotient> CellsOf(const Metric& metric, const Evaluation& evaluation) {
-  std::vector<Quotient> cells;
+// The images of a run that have the region; with a group, those of them that belong to it.
+std::vector<const Scores*> ImagesOf(const Evaluation& evaluation, const std::string& region,
+                                    const std::string* group = nullptr) {
+  std::vector<const Scores*> images;
   for (const Scores& scores : evaluation.images) {
-    if (PixelsIn(scores, metric.region) == 0) continue;
-    const ErrorTally& tally = scores.regions.at(metric.region);
-    cells.push_back(metric.pooled ? QuotientOf(metric.measure, tally)
-                                  : Quotient{FigureOf(metric.measure, tally), 1});
+    if (PixelsIn(scores, region) == 0 || (group && scores.pair_group != *group)) continue;
+    images.push_back(&scores);
+  }
+  return images;
+}
+
+// The figure's cells, one for each unit that intervals draw.
+std::vector<Quotient> CellsOf(const Metric& metric, const std::vector<const Scores*>& images,
+                              bool weigh_groups) {
+  std::vector<std::string> groups;
+  for (const Scores* scores : images) groups.push_back(scores->pair_group);
+  const std::vector<int> units = UnitsOf(groups);
+  std::vector<Quotient> cells;
+  for (size_t i = 0; i < images.size(); ++i) {
+    const ErrorTally& tally = images[i]->regions.at(metric.region);
+    const Quotient one = metric.pooled ? QuotientOf(metric.measure, tally)
+                                       : Quotient{FigureOf(metric.measure, tally), 1};
+    cells.resize(std::max(cells.size(), static_cast<size_t>(units[i]) + 1));
+    Quotient& cell = cells[static_cast<size_t>(units[i])];
+    cell.numerator += one.numerator;
+    cell.denominator += one.denominator;
+  }
+  for (Quotient& cell : cells) {
+    if (weigh_groups && cell.denominator > 0) cell = {cell.numerator / cell.denominator, 1};
   }
   return cells;
 }
 
+// With a group, over its pairs alone.
 absl::StatusOr<TableFigure> MakeFigure(const Metric& metric, const Runs& runs,
-                                       const BootstrapOptions& options) {
+                                       const TableOptions& options, const std::string* group) {
   FigureTable table;
-  for (const auto& [seed, run] : runs) table.push_back(CellsOf(metric, *run));
-  TableFigure figure{.metric = MetricName(metric), .pairs = static_cast<int>(table[0].size())};
+  TableFigure figure{.metric = MetricName(metric)};
+  for (const auto& [seed, run] : runs) {
+    const std::vector<const Scores*> images = ImagesOf(*run, metric.region, group);
+    figure.pairs = static_cast<int>(images.size());
+    table.push_back(CellsOf(metric, images, options.weigh_groups));
+  }
   if (figure.pairs == 0) {
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     figure.interval = {.value = kNone, .low = kNone, .high = kNone};
     return figure;
   }
-  ASSIGN_OR_RETURN(figure.interval, BootstrapFigure(table, options));
+  ASSIGN_OR_RETURN(figure.interval, BootstrapFigure(table, options.bootstrap));
   const bool percent =
       metric.measure.kind == Measure::Kind::kBad || metric.measure.kind == Measure::Kind::kD1;
   if (percent) figure.interval.high = std::min(figure.interval.high, 100.0);
   return figure;
 }
 
-absl::StatusOr<TableCell> MakeCell(const Runs& runs, const BootstrapOptions& options) {
+absl::StatusOr<TableFigures> MakeFigures(const Runs& runs, const TableOptions& options,
+                                         const std::string* group) {
+  const Evaluation& any = *runs.begin()->second;
+  TableFigures figures;
+  ASSIGN_OR_RETURN(figures.headline, MakeFigure(any.headline, runs, options, group));
+  for (const Metric& metric : any.figures) {
+    ASSIGN_OR_RETURN(TableFigure figure, MakeFigure(metric, runs, options, group));
+    if (figure.pairs > 0) figures.others.push_back(std::move(figure));
+  }
+  return figures;
+}
+
+absl::StatusOr<TableCell> MakeCell(const Runs& runs, const TableOptions& options) {
   const Evaluation& any = *runs.begin()->second;
   TableCell cell;
   cell.seeds = HasSeeds(runs) ? static_cast<int>(runs.size()) : 0;
   cell.pairs_published = any.pairs_published;
   cell.mimics = any.mimics;
-  ASSIGN_OR_RETURN(cell.headline, MakeFigure(any.headline, runs, options));
-  for (const Metric& metric : any.figures) {
-    ASSIGN_OR_RETURN(TableFigure figure, MakeFigure(metric, runs, options));
-    if (figure.pairs > 0) cell.others.push_back(std::move(figure));
+  ASSIGN_OR_RETURN(static_cast<TableFigures&>(cell), MakeFigures(runs, options, nullptr));
+  for (const Scores& scores : any.images) {
+    const std::string& group = scores.pair_group;
+    if (group.empty() || cell.groups.contains(group)) continue;
+    ASSIGN_OR_RETURN(cell.groups[group], MakeFigures(runs, options, &group));
   }
   return cell;
 }
@@ -113,9 +153,12 @@ PairedRuns PairBySeed(const Runs& a, const Runs& b) {
   return paired;
 }
 
-FigureTable TableOf(const Metric& metric, const std::vector<const Evaluation*>& runs) {
+FigureTable TableOf(const Metric& metric, const std::vector<const Evaluation*>& runs,
+                    bool weigh_groups) {
   FigureTable table;
-  for (const Evaluation* run : runs) table.push_back(CellsOf(metric, *run));
+  for (const Evaluation* run : runs) {
+    table.push_back(CellsOf(metric, ImagesOf(*run, metric.region), weigh_groups));
+  }
   return table;
 }
 
@@ -227,17 +270,20 @@ absl::Status AddComparisons(const Collection& collection, const RowKey& key, con
       continue;
     }
     const Metric& metric = paired.a[0]->headline;
-    const FigureTable of_a = TableOf(metric, paired.a), of_b = TableOf(metric, paired.b);
+    const FigureTable of_a = TableOf(metric, paired.a, options.weigh_groups);
+    const FigureTable of_b = TableOf(metric, paired.b, options.weigh_groups);
     if (of_a[0].empty()) continue;
     const bool seeded = HasSeeds(a->second) || HasSeeds(b->second);
     ASSIGN_OR_RETURN(Comparison comparison, ComparePaired(of_a, of_b, seeded, options.bootstrap));
-    table.comparisons.push_back({.benchmark = benchmark,
-                                 .metric = MetricName(metric),
-                                 .variant = key.first,
-                                 .trainer = key.second,
-                                 .baseline = base.first,
-                                 .baseline_trainer = base.second,
-                                 .comparison = comparison});
+    table.comparisons.push_back(
+        {.benchmark = benchmark,
+         .metric = MetricName(metric),
+         .variant = key.first,
+         .trainer = key.second,
+         .baseline = base.first,
+         .baseline_trainer = base.second,
+         .pairs = static_cast<int>(ImagesOf(*paired.a[0], metric.region).size()),
+         .comparison = comparison});
   }
   return absl::OkStatus();
 }
@@ -259,6 +305,12 @@ void AddSeedNotes(ResultTable& table) {
   }
 }
 
+// " of 8 sets" where intervals draw these.
+std::string InGroups(const TableComparison& one) {
+  if (one.comparison.images == one.pairs) return "";
+  return fmt::format(" of {} sets", one.comparison.images);
+}
+
 // Says which differences each benchmark could have shown: the median over its comparisons.
 void AddPowerNotes(ResultTable& table) {
   for (const std::string& benchmark : table.benchmarks) {
@@ -273,10 +325,22 @@ void AddPowerNotes(ResultTable& table) {
     const auto middle = least.begin() + static_cast<std::ptrdiff_t>(least.size() / 2);
     std::nth_element(least.begin(), middle, least.end());
     table.notes.push_back(fmt::format(
-        "{}: with {} seeds and {} pairs, differences of {} from {:.2f} are significant 80 of 100 "
+        "{}: with {} seeds and {} pairs{}, differences of {} from {:.2f} are significant 80 of 100 "
         "times.",
-        benchmark, any->comparison.seeds, any->comparison.images, any->metric, *middle));
+        benchmark, any->comparison.seeds, any->pairs, InGroups(*any), any->metric, *middle));
   }
+}
+
+// "real: pairs of one set are not independent, so intervals draw sets, not pairs: mb2001 (5), ..."
+std::string GroupsNote(const std::string& benchmark, const TableCell& cell) {
+  std::string sets;
+  for (const auto& [group, figures] : cell.groups) {
+    sets += fmt::format("{}{} ({})", sets.empty() ? "" : ", ", group, figures.headline.pairs);
+  }
+  const char* units = static_cast<int>(cell.groups.size()) < kFewestGroups
+                          ? "but these are too few, so intervals draw pairs"
+                          : "so intervals draw sets, not pairs";
+  return fmt::format("{}: pairs of one set are not independent, {}: {}.", benchmark, units, sets);
 }
 
 void AddNotes(ResultTable& table) {
@@ -290,6 +354,9 @@ void AddNotes(ResultTable& table) {
         table.notes.push_back(fmt::format(
             "{}: {} pairs, the whole set has {}: not comparable with published figures.", benchmark,
             cell.headline.pairs, cell.pairs_published));
+      }
+      if (!cell.groups.empty() && told.insert(benchmark + "/groups").second) {
+        table.notes.push_back(GroupsNote(benchmark, cell));
       }
       if (cell.headline.pairs == 1 && told.insert(benchmark + "/one").second) {
         table.notes.push_back(benchmark + ": one pair; intervals say nothing of other pictures.");
@@ -318,7 +385,7 @@ absl::StatusOr<ResultTable> MakeTable(const std::vector<Evaluation>& evaluations
   for (const RowKey& key : rows) {
     TableRow row{.variant = key.first, .trainer = key.second, .seeds = collection.SeedsOf(key)};
     for (const auto& [benchmark, runs] : collection.Of(key)) {
-      ASSIGN_OR_RETURN(row.cells[benchmark], MakeCell(runs, options.bootstrap));
+      ASSIGN_OR_RETURN(row.cells[benchmark], MakeCell(runs, options));
     }
     table.rows.push_back(std::move(row));
   }

@@ -21,12 +21,18 @@ struct TableFigure {
   int pairs = 0;      // Images with the metric's region.
 };
 
-// A row's figures on one benchmark.
-struct TableCell {
+// Figures of the same pairs.
+struct TableFigures {
   TableFigure headline;
   std::vector<TableFigure> others;  // The benchmark's further figures.
-  int seeds = 0;                    // Seeds scored on this benchmark; at most those of the row.
-  int pairs_published = 0;          // Size of the whole benchmark; 0 where that isn't fixed.
+};
+
+// A row's figures on one benchmark.
+struct TableCell : TableFigures {
+  // By group, where pairs come from several sets (pair_groups.h).
+  std::map<std::string, TableFigures> groups;
+  int seeds = 0;            // Seeds scored on this benchmark; at most those of the row.
+  int pairs_published = 0;  // Size of the whole benchmark; 0 where that isn't fixed.
   std::string mimics;
 };
 
@@ -43,7 +49,8 @@ struct TableComparison {
   std::string benchmark, metric;
   std::string variant, trainer;
   std::string baseline, baseline_trainer;
-  Comparison comparison;
+  int pairs = 0;
+  Comparison comparison;  // Its images are groups of pairs, where intervals draw these.
 };
 
 // The whole table.
@@ -61,6 +68,7 @@ struct TableOptions {
   // same trainer are compared with it; rows without seeds with the first baseline there is.
   std::string baseline;
   std::vector<std::string> variant_order;  // Others follow by name.
+  bool weigh_groups = false;  // Each group of pairs counts alike, instead of each pair.
   BootstrapOptions bootstrap;
 };
 

@@ -82,6 +82,7 @@ Json ImageJson(const Scores& scores) {
                {"width_px", scores.width_px},
                {"height_px", scores.height_px},
                {"regions", TalliesJson(scores.regions)}};
+  if (!scores.pair_group.empty()) json["pair_group"] = scores.pair_group;
   for (const auto& [group, tallies] : scores.groups) json["groups"][group] = TalliesJson(tallies);
   return json;
 }
@@ -111,6 +112,7 @@ Scores ImageOf(const Json& json) {
   json.at("width_px").get_to(scores.width_px);
   json.at("height_px").get_to(scores.height_px);
   scores.regions = TalliesOf(json.at("regions"));
+  if (json.contains("pair_group")) json.at("pair_group").get_to(scores.pair_group);
   if (json.contains("groups")) {
     for (const auto& [group, tallies] : json.at("groups").items()) {
       scores.groups[group] = TalliesOf(tallies);

@@ -20,6 +20,7 @@ using Tallies = std::map<std::string, ErrorTally>;
 // One image.
 struct Scores {
   std::string pair;
+  std::string pair_group;  // BenchmarkPair::group.
   int width_px = 0, height_px = 0;
   Tallies regions;                        // "all" always; "nocc" and others where they are known.
   std::map<std::string, Tallies> groups;  // "class" and "material" of our own archives.

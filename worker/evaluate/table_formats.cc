@@ -246,6 +246,12 @@ Json FigureJson(const TableFigure& figure) {
           {"pairs", figure.pairs}};
 }
 
+void AddFigures(const TableFigures& figures, Json& json) {
+  json.update(FigureJson(figures.headline));
+  Json& others = json["others"] = Json::array();
+  for (const TableFigure& figure : figures.others) others.push_back(FigureJson(figure));
+}
+
 Json ComparisonJson(const TableComparison& one) {
   const Comparison& c = one.comparison;
   return {{"benchmark", one.benchmark},
@@ -259,7 +265,8 @@ Json ComparisonJson(const TableComparison& one) {
           {"high", c.difference.high},
           {"verdict", VerdictName(c.verdict)},
           {"seeds", c.seeds},
-          {"pairs", c.images},
+          {"pairs", one.pairs},
+          {"groups", c.images < one.pairs ? Json(c.images) : Json()},
           {"more_seeds", c.more_seeds ? Json(*c.more_seeds) : Json()},
           {"least_difference", c.least_difference ? Json(*c.least_difference) : Json()}};
 }
@@ -271,11 +278,12 @@ std::string JsonText(const ResultTable& table) {
     for (const std::string& benchmark : table.benchmarks) {
       const auto cell = row.cells.find(benchmark);
       if (cell == row.cells.end()) continue;
-      benchmarks[benchmark] = FigureJson(cell->second.headline);
-      benchmarks[benchmark]["seeds"] = cell->second.seeds;
-      Json others = Json::array();
-      for (const TableFigure& figure : cell->second.others) others.push_back(FigureJson(figure));
-      benchmarks[benchmark]["others"] = std::move(others);
+      Json& json = benchmarks[benchmark];
+      AddFigures(cell->second, json);
+      json["seeds"] = cell->second.seeds;
+      for (const auto& [group, figures] : cell->second.groups) {
+        AddFigures(figures, json["groups"].emplace_back(Json{{"group", group}}));
+      }
     }
     rows.push_back({{"variant", row.variant},
                     {"trainer", row.trainer},

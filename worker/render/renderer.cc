@@ -28,8 +28,10 @@ class SceneRenderer final : public Renderer {
  public:
   SceneRenderer(const v1::Scene& scene, const v1::RenderConfig& config,
                 const RenderProfile& profile, std::unique_ptr<RenderScene> geometry,
-                LightTable lights, std::unique_ptr<Denoiser> denoiser)
-      : scene_(scene, profile, std::move(geometry), std::move(lights), std::move(denoiser)) {
+                LightTable lights, std::optional<Rasteriser> rasteriser,
+                std::unique_ptr<Denoiser> denoiser)
+      : scene_(scene, profile, std::move(geometry), std::move(lights), std::move(rasteriser),
+               std::move(denoiser)) {
     for (const Pass* pass : Passes()) {
       if (IsWanted(*pass, config)) passes_.push_back(pass);
     }
@@ -126,18 +128,28 @@ absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const v1::Scene& scen
                                                            SceneGeometry geometry,
                                                            const v1::RenderConfig& config) {
   try {
-    ASSIGN_OR_RETURN(const RenderProfile profile, ResolveProfile(config));
+    ASSIGN_OR_RETURN(RenderProfile profile, ResolveProfile(config));
     RETURN_IF_ERROR(CheckKeyframes(scene));
     std::vector<bool> movers = MoversOf(scene, geometry);
     ASSIGN_OR_RETURN(std::unique_ptr<RenderScene> built,
                      RenderScene::Build(std::move(geometry), 0, std::move(movers)));
     ASSIGN_OR_RETURN(LightTable lights, LightTable::Build(scene, *built));
+    std::optional<Rasteriser> rasteriser;
+    if (FilmTracer::NeedsRasteriser(profile)) {
+      ASSIGN_OR_RETURN(rasteriser, Rasteriser::Create(*built));
+    }
+    // Pictures of open land have all samples of the rasteriser, and gain nothing from the larger
+    // network.
+    if (IsOpenLand(*built, lights) && profile.denoise == DenoiseQuality::kBalanced) {
+      profile.denoise = DenoiseQuality::kFast;
+    }
     std::unique_ptr<Denoiser> denoiser;
     if (profile.denoise != DenoiseQuality::kOff) {
       ASSIGN_OR_RETURN(denoiser, Denoiser::Create(profile.denoise));
     }
     return std::unique_ptr<Renderer>(new SceneRenderer(scene, config, profile, std::move(built),
-                                                       std::move(lights), std::move(denoiser)));
+                                                       std::move(lights), std::move(rasteriser),
+                                                       std::move(denoiser)));
   } catch (const std::bad_alloc&) {
     return ResourceExhausted("render: scene does not fit in memory");
   }

@@ -149,6 +149,9 @@ void RegisterTable(Registry& registry) {
                    "Variants in the order of the rows; others follow by name")
       ->delimiter(',')
       ->type_name("VARIANTS");
+  command->add_flag("--weigh-groups", options->table.weigh_groups,
+                    "Let each set of pairs (mb2006_..., or `group:` in a list) count alike in the "
+                    "mean, instead of each pair");
   command->add_option("-o,--out", options->out, "Write it to this file")->type_name("FILE");
   command
       ->add_option("--pictures", options->pictures,

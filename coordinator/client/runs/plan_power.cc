@@ -8,6 +8,7 @@
 #include "common/image/jpeg.h"
 #include "coordinator/client/content/study_options.h"
 #include "worker/evaluate/own_benchmark.h"
+#include "worker/evaluate/pair_groups.h"
 #include "worker/evaluate/score_table.h"
 #include "worker/evaluate/scores.h"
 
@@ -33,8 +34,11 @@ absl::StatusOr<BenchmarkSizes> SizesOfOwnBenchmarks(const v1::StudySpec& study) 
     ASSIGN_OR_RETURN(const Benchmark benchmark, OpenOwnBenchmark(own, path));
     if (benchmark.pairs.empty()) continue;
     ASSIGN_OR_RETURN(const ImageRgb8 picture, ReadPictureRgb8(benchmark.pairs[0].left));
+    std::vector<std::string> groups;
+    for (const BenchmarkPair& pair : benchmark.pairs) groups.push_back(pair.group);
+    const std::vector<int> units = UnitsOf(groups);
     sizes[own.name()] = {static_cast<int64_t>(benchmark.pairs.size()), picture.width(),
-                         picture.height()};
+                         picture.height(), 1 + *std::max_element(units.begin(), units.end())};
   }
   return sizes;
 }
@@ -66,16 +70,20 @@ std::vector<BenchmarkPower> PowerOf(const v1::StudySpec& study, const BenchmarkS
   std::vector<BenchmarkPower> powers;
   if (!study.has_evaluate() || TrainingSetsOf(study).size() < 2) return powers;
   const v1::EvaluateSpec& evaluate = study.evaluate();
-  const auto add = [&](const std::string& name, int64_t pairs) {
+  const auto add = [&](const std::string& name, const BenchmarkSize& size) {
+    int64_t pairs = size.pairs;
     if (evaluate.max_pairs() > 0) pairs = std::min<int64_t>(pairs, evaluate.max_pairs());
     const auto found = spreads.find(name);
-    const std::optional<double> least = LeastDifference(
-        found == spreads.end() ? kMeasuredSpread : found->second,
-        seeds > 0 ? seeds : study.train().seeds(), static_cast<int>(pairs), kConfidence);
-    if (least) powers.push_back({name, pairs, *least, found != spreads.end()});
+    const bool measured = found != spreads.end();
+    // The project's own spread is that of pairs; those of scores are of what their table draws.
+    const int64_t units = measured && size.units > 0 ? std::min(pairs, size.units) : pairs;
+    const std::optional<double> least = LeastDifference(measured ? found->second : kMeasuredSpread,
+                                                        seeds > 0 ? seeds : study.train().seeds(),
+                                                        static_cast<int>(units), kConfidence);
+    if (least) powers.push_back({name, pairs, *least, measured});
   };
-  for (const std::string& name : evaluate.benchmarks()) add(name, SizeOfBenchmark(name).pairs);
-  for (const auto& [name, size] : own) add(name, size.pairs);
+  for (const std::string& name : evaluate.benchmarks()) add(name, SizeOfBenchmark(name));
+  for (const auto& [name, size] : own) add(name, size);
   return powers;
 }
 

@@ -3,10 +3,12 @@
 
 #include "tests/worker/evaluate/test_tree.h"
 #include "worker/evaluate/benchmark.h"
+#include "worker/evaluate/pair_groups.h"
 
 namespace parallax {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 TEST(OwnPairs, ListsMayQuoteNamesSayTheirScaleAndBeginWithAMark) {
@@ -37,6 +39,34 @@ TEST(OwnPairs, ListsMayQuoteNamesSayTheirScaleAndBeginWithAMark) {
   }
 }
 
+TEST(OwnPairs, SetsOfPairsAreNamedByListsAndByNamesInFolders) {
+  const TestTree tree;
+  const auto groups = [](const absl::StatusOr<Benchmark>& benchmark) {
+    EXPECT_TRUE(benchmark.ok()) << benchmark.status();
+    std::vector<std::string> all;
+    for (const BenchmarkPair& pair : benchmark->pairs) all.push_back(pair.group);
+    return all;
+  };
+  for (const char* name : {"mb2006_rocks1", "mb2006_baby1", "mb2001_bull", "alone"}) {
+    const std::string dir = std::string("real/") + name;
+    tree.Pictures(dir + "/im0.png", dir + "/im1.png", 40, 1);
+    tree.Pfm(dir + "/disp0GT.pfm", ImageF(40, 1, 20.0f));
+  }
+  EXPECT_THAT(groups(OpenBenchmark("folder:" + tree.dir() + "/real", "")),
+              ElementsAre("alone", "mb2001", "mb2006", "mb2006"));
+
+  const std::string pair = "real/alone/im0.png real/alone/im1.png real/alone/disp0GT.pfm\n";
+  tree.Text("pairs.txt", pair + "group: hall\n" + pair + "group:\"the kitchen\"\n" + pair +
+                             "group: 'bath room'\n" + pair + "group:\n" + pair);
+  const auto listed = OpenBenchmark("list:" + tree.dir() + "/pairs.txt", "");
+  EXPECT_THAT(groups(listed), ElementsAre("", "hall", "the_kitchen", "bath_room", ""));
+  EXPECT_THAT(listed->list, HasSubstr("group: the_kitchen\n"));  // A copy's sets are the same.
+
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(GroupsByName({"scene_1", "scene_2", "scene_3"}), Names(3));  // One group of all.
+  EXPECT_EQ(GroupsByName({"a", "b_1", "c_2"}), Names(3));                // No group of two.
+}
+
 TEST(OwnPairs, ListsSayWhatIsWrongAndWhere) {
   const struct {
     std::string text, wanted;
@@ -49,6 +79,8 @@ TEST(OwnPairs, ListsSayWhatIsWrongAndWhere) {
       {"scale: x", "pairs.txt:1: scale: wanted a number above 0"},
       {"scale: 0", "pairs.txt:1: scale: wanted a number above 0"},
       {"scale: 1 2", "pairs.txt:1: scale: wanted a number above 0"},
+      {"group: my kitchen", "pairs.txt:1: group: wanted one name"},
+      {"group:a b", "pairs.txt:1: group: wanted one name"},
       {std::string("\xff\xfe"
                    "a\0",
                    4),

@@ -62,6 +62,82 @@ TEST(Table, JsonHasRowsAndComparisonsWithTheAgreedNames) {
   EXPECT_EQ(narrow["more_seeds"], nullptr);
 }
 
+// Twelve pairs of six sets, whose pairs have nearly the same errors.
+std::vector<Evaluation> StudyOfSets(int sets) {
+  std::vector<Evaluation> all;
+  for (int64_t seed = 1; seed <= 3; ++seed) {
+    std::vector<double> good, bad;
+    for (int i = 0; i < 12; ++i) {
+      const double hard = 3.0 * (i % sets) + 0.1 * static_cast<double>(seed);
+      good.push_back(10 + hard);
+      bad.push_back(10.5 + hard + 0.4 * (i % sets % 3));
+    }
+    for (const auto& [variant, figures] : {std::pair("default", good), std::pair("other", bad)}) {
+      all.push_back(SyntheticEvaluation("real", variant, seed, figures));
+      for (size_t i = 0; i < figures.size(); ++i) {
+        all.back().images[i].pair_group = "set" + std::to_string(static_cast<int>(i) % sets);
+      }
+    }
+  }
+  return all;
+}
+
+TEST(Table, PairsOfOneSetAreDrawnTogether) {
+  const auto grouped = MakeTable(StudyOfSets(6), {});
+  std::vector<Evaluation> alone = StudyOfSets(6);
+  for (Evaluation& evaluation : alone) {
+    for (Scores& scores : evaluation.images) scores.pair_group.clear();
+  }
+  const auto pairs = MakeTable(alone, {});
+  ASSERT_TRUE(grouped.ok() && pairs.ok()) << grouped.status() << pairs.status();
+  const auto cell = [](const ResultTable& table) { return table.rows[0].cells.at("real"); };
+  const Interval of_sets = cell(*grouped).headline.interval;
+  const Interval of_pairs = cell(*pairs).headline.interval;
+  EXPECT_DOUBLE_EQ(of_sets.value, of_pairs.value);
+  // Two alike count as one: wider by the root of 2, and by fewer degrees of freedom.
+  EXPECT_GT(of_sets.high - of_sets.low, 1.3 * (of_pairs.high - of_pairs.low));
+  EXPECT_LT(of_sets.high - of_sets.low, 2.2 * (of_pairs.high - of_pairs.low));
+  EXPECT_EQ(grouped->comparisons[0].comparison.images, 6);
+  EXPECT_EQ(grouped->comparisons[0].pairs, 12);
+
+  const Json json = Json::parse(*FormatTable(*grouped, "json"));
+  EXPECT_EQ(json["comparisons"][0]["pairs"], 12);
+  EXPECT_EQ(json["comparisons"][0]["groups"], 6);
+  const Json& groups = json["rows"][0]["benchmarks"]["real"]["groups"];
+  ASSERT_EQ(groups.size(), 6);
+  EXPECT_EQ(groups[2]["group"], "set2");
+  EXPECT_EQ(groups[2]["pairs"], 2);
+  EXPECT_NEAR(groups[2]["value"], 16.2, 1e-9);
+  EXPECT_THAT(json["notes"].dump(),
+              HasSubstr("intervals draw sets, not pairs: set0 (2), set1 (2)"));
+  const Json without = Json::parse(*FormatTable(*pairs, "json"));
+  EXPECT_EQ(without["comparisons"][0]["groups"], nullptr);
+  EXPECT_FALSE(without["rows"][0]["benchmarks"]["real"].contains("groups"));
+}
+
+TEST(Table, FewSetsAreShownAndPairsDrawn) {
+  const auto table = MakeTable(StudyOfSets(3), {});
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_EQ(table->comparisons[0].comparison.images, 12);
+  EXPECT_EQ(table->rows[0].cells.at("real").groups.size(), 3u);
+  EXPECT_THAT(table->notes, ::testing::Contains(HasSubstr("too few, so intervals draw pairs")));
+}
+
+TEST(Table, SetsCountAlikeWhereThatIsWanted) {
+  std::vector<Evaluation> all = StudyOfSets(6);
+  for (Evaluation& evaluation : all) {  // Seven pairs in one set, the other five alone.
+    for (size_t i = 0; i < 7; ++i) evaluation.images[i].pair_group = "many";
+    for (size_t i = 7; i < 12; ++i) evaluation.images[i].pair_group = "s" + std::to_string(i);
+  }
+  const auto by_pairs = MakeTable(all, {}), by_sets = MakeTable(all, {.weigh_groups = true});
+  ASSERT_TRUE(by_pairs.ok() && by_sets.ok());
+  const auto value = [](const ResultTable& table) {
+    return table.rows[0].cells.at("real").headline.interval.value;
+  };
+  EXPECT_NEAR(value(*by_pairs), 17.7, 1e-9);
+  EXPECT_NEAR(value(*by_sets), 10.2 + (45.0 / 7 + 3 + 6 + 9 + 12 + 15) / 6, 1e-9);
+}
+
 TEST(Table, ClassicalRowStandsBesideEachSeedOfTheBaseline) {
   const auto table = MakeTable(Study(), {});
   ASSERT_TRUE(table.ok());

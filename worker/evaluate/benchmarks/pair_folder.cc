@@ -5,6 +5,7 @@
 #include "common/base/status.h"
 #include "worker/evaluate/benchmarks/benchmark_layout.h"
 #include "worker/evaluate/benchmarks/kinds.h"
+#include "worker/evaluate/pair_groups.h"
 
 namespace parallax {
 namespace {
@@ -64,6 +65,10 @@ absl::StatusOr<Benchmark> OpenPairFolder(const std::string& dir) {
          }});
   }
   RETURN_IF_ERROR(RequireFiles(files));
+  std::vector<std::string> names;
+  for (const BenchmarkPair& pair : benchmark.pairs) names.push_back(pair.name);
+  const std::vector<std::string> groups = GroupsByName(names);
+  for (size_t i = 0; i < groups.size(); ++i) benchmark.pairs[i].group = groups[i];
   return benchmark;
 }
 

@@ -95,6 +95,17 @@ absl::StatusOr<std::optional<float>> ScaleIn(const std::vector<std::string>& fie
   return InvalidArgument("scale: wanted a number above 0, the value of one pixel of disparity");
 }
 
+// Returns the name of `group: NAME`, which may be a field of its own and may be empty; nothing for
+// a row that is a pair. Errors: kInvalidArgument for more than one name.
+absl::StatusOr<std::optional<std::string>> GroupIn(const std::vector<std::string>& fields) {
+  constexpr std::string_view kGroup = "group:";
+  if (!fields[0].starts_with(kGroup)) return std::optional<std::string>();
+  std::string name = fields[0].substr(kGroup.size());
+  if (name.empty() && fields.size() == 2) name = fields[1];
+  if (fields.size() == (fields[0] == kGroup && !name.empty() ? 2u : 1u)) return name;
+  return InvalidArgument("group: wanted one name, of the set of the pairs that follow, or none");
+}
+
 // Notes the files of the next pair, and its line in the list of a copy.
 void AddToCopy(const std::vector<std::string>& fields, Benchmark& benchmark) {
   constexpr const char* kRoles[] = {"left", "right", "disparity", "mask"};
@@ -129,6 +140,7 @@ absl::StatusOr<Benchmark> OpenPairList(const std::string& path) {
   std::istringstream in(text);
   int number = 0;
   std::optional<float> steps;
+  std::string set;
   for (std::string row; std::getline(in, row);) {
     ++number;
     const std::string place = fmt::format("{}:{}", path, number);
@@ -143,6 +155,13 @@ absl::StatusOr<Benchmark> OpenPairList(const std::string& path) {
       benchmark.list += fmt::format("scale: {}\n", *steps);
       continue;
     }
+    const absl::StatusOr<std::optional<std::string>> group = GroupIn(fields);
+    if (!group.ok()) return WithContext(group.status(), place);
+    if (*group) {
+      set = (*group)->empty() ? "" : PlainName(**group);
+      benchmark.list += fmt::format("group: {}\n", set);
+      continue;
+    }
     if (fields.size() < 3 || fields.size() > 4) {
       return InvalidArgument(
           "{}: {} fields, wanted `left right disparity [mask]`; a name with blanks goes into "
@@ -155,6 +174,7 @@ absl::StatusOr<Benchmark> OpenPairList(const std::string& path) {
     const std::string truth = fields[2], mask = fields.size() > 3 ? fields[3] : "";
     benchmark.pairs.push_back(
         {.name = PairName(static_cast<int>(benchmark.pairs.size()), fields[0]),
+         .group = set,
          .left = fields[0],
          .right = fields[1],
          .read_truth = [truth, mask, steps] { return ReadListedTruth(truth, mask, steps); }});
@@ -173,7 +193,8 @@ void AddPairList(std::vector<BenchmarkKind>& kinds) {
                        "PATH: lines `left right disparity [mask]`, relative to it, names with "
                        "blanks in quotes; disparity .pfm, .npy, .exr or .png (16 bits x256, "
                        "24 bits x1000, 8 bits) or as a line `scale: N` before it says; mask "
-                       "255 visible, 0 left out",
+                       "255 visible, 0 left out; a line `group: NAME` names the set of the "
+                       "pairs after it",
                    .open = OpenPairList,
                    .takes_path = true});
 }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "worker/render/film/fragment_tracer.h"
 #include "worker/render/film/overexposed.h"
 
 namespace parallax {
@@ -12,8 +13,6 @@ namespace {
 
 constexpr int kTile = 16;
 constexpr int kFew = 16;  // Fewer samples than this need extra ones.
-
-using PixelTracers = tbb::enumerable_thread_specific<PixelTracer>;  // One a thread.
 
 // Few samples are spread over neighbouring pixels together; many are spread within each pixel.
 bool SampleTogether(const PinholeCamera& camera, int samples) {
@@ -61,8 +60,12 @@ PathOptions FilmTracer::Options(float clamp) const {
   PathOptions options;
   options.max_bounces = profile_.max_bounces;
   options.clamp_luminance = clamp;
-  options.cache = cache_ && !cache_->empty() ? cache_ : nullptr;
+  options.cache = light_.cache && !light_.cache->empty() ? light_.cache : nullptr;
   options.cache_footprint = profile_.cache_footprint;
+  if (light_.volume && !light_.volume->empty()) {
+    options.volume = light_.volume;
+    options.direct = DirectLight::kSunByLightSampling;
+  }
   return options;
 }
 
@@ -99,34 +102,77 @@ float FilmTracer::PilotLuminance(const SampleStream streams[2], const StereoCame
   return std::max(Square(sum / (2 * kRows * kColumns)), 1e-3f);
 }
 
+bool FilmTracer::NeedsRasteriser(const RenderProfile& profile) {
+  return profile.samples_per_pixel < kFew;
+}
+
+std::optional<VisibilityBuffer> FilmTracer::Draw(const PinholeCamera& camera,
+                                                 const SampleStream& stream,
+                                                 const CancelToken& cancel) const {
+  if (camera.lens != nullptr || SamplesOf(camera) >= kFew) return std::nullopt;
+  return rasteriser_->Draw(camera, stream.Hash(), cancel);
+}
+
 void FilmTracer::TraceEye(const PinholeCamera& camera, const SampleStream& stream,
-                          const EyeTruth& truth, float clamp, const CancelToken& cancel,
-                          TraceMeter* meter, Film* film) const {
+                          const VisibilityBuffer* visible, const EyeTruth& truth, float clamp,
+                          const CancelToken& cancel, TraceMeter* meter, Film* film) const {
   const int samples = SamplesOf(camera);
   const PixelSampling sampling{stream.Hash(),
                                samples,
                                SampleTogether(camera, samples),
                                truth.disparity_px.empty() ? nullptr : &truth.disparity_px,
                                truth.focal_times_baseline,
-                               truth.baselines};
-  PixelTracers tracers(
-      [&] { return PixelTracer(geometry_, lights_, Options(clamp), camera, sampling); });
-  const Tiles tiles(camera);
-  tbb::parallel_for(0, tiles.count(), [&](int tile) {
-    const std::vector<PixelAt> pixels = tiles.PixelsOf(tile);
-    meter->AddRays(tracers.local().Trace(pixels, cancel, film));
-    if (!cancel.cancelled()) meter->AddPixels(static_cast<int64_t>(pixels.size()));
+                               truth.baselines,
+                               visible};
+  const PathOptions options = Options(clamp);
+  const auto trace = [&](auto make) {
+    tbb::enumerable_thread_specific<std::invoke_result_t<decltype(make)>> tracers(make);
+    const Tiles tiles(camera);
+    tbb::parallel_for(0, tiles.count(), [&](int tile) {
+      const std::vector<PixelAt> pixels = tiles.PixelsOf(tile);
+      meter->AddRays(tracers.local().Trace(pixels, cancel, film));
+      if (!cancel.cancelled()) meter->AddPixels(static_cast<int64_t>(pixels.size()));
+    });
+  };
+  if (visible && options.volume) {
+    trace([&] { return FragmentTracer(geometry_, lights_, options, camera, sampling); });
+  } else {
+    trace([&] { return PixelTracer(geometry_, lights_, options, camera, sampling); });
+  }
+}
+
+template <typename MakeTracer>
+void FilmTracer::TracePixels(const MakeTracer& make, const std::vector<PixelAt>& pixels,
+                             const CancelToken& cancel, TraceMeter* meter, Film* film) {
+  constexpr size_t kAtOnce = kTile * kTile;
+  tbb::enumerable_thread_specific<std::invoke_result_t<MakeTracer>> tracers(make);
+  tbb::parallel_for(size_t{0}, (pixels.size() + kAtOnce - 1) / kAtOnce, [&](size_t part) {
+    const std::span all(pixels);
+    const auto some = all.subspan(part * kAtOnce, std::min(kAtOnce, all.size() - part * kAtOnce));
+    meter->AddRays(tracers.local().Trace(some, cancel, film));
   });
 }
 
 void FilmTracer::TraceGuides(const PinholeCamera& camera, const SampleStream& stream,
-                             const CancelToken& cancel, TraceMeter* meter, Film* film) const {
-  constexpr int kMore = 8;
-  if (profile_.denoise == DenoiseQuality::kOff || SamplesOf(camera) >= kFew) return;
+                             const VisibilityBuffer* visible, const CancelToken& cancel,
+                             TraceMeter* meter, Film* film) const {
+  constexpr int kMoreRays = 8;
+  const bool whole = visible && light_.volume;  // TraceEye has taken all that is visible.
+  if (profile_.denoise == DenoiseQuality::kOff || SamplesOf(camera) >= kFew || whole) return;
   PathOptions options = Options(0);
   options.cache = nullptr;
+  options.volume = nullptr;
   options.only_guides = true;
-  TracePixels(camera, {stream.Hash(), kMore}, options, film->MixedPixels(), cancel, meter, film);
+  const std::vector<PixelAt> mixed = film->MixedPixels();
+  PixelSampling sampling{stream.Hash(), kMoreRays};
+  sampling.visible = visible;
+  if (visible) {
+    const auto make = [&] { return FragmentTracer(geometry_, lights_, options, camera, sampling); };
+    TracePixels(make, mixed, cancel, meter, film);
+  } else {
+    const auto make = [&] { return PixelTracer(geometry_, lights_, options, camera, sampling); };
+    TracePixels(make, mixed, cancel, meter, film);
+  }
 }
 
 void FilmTracer::TraceEdges(const PinholeCamera& camera, const SampleStream& stream, float clamp,
@@ -135,20 +181,11 @@ void FilmTracer::TraceEdges(const PinholeCamera& camera, const SampleStream& str
   constexpr int kTimes = 4;
   const int samples = SamplesOf(camera);
   if (profile_.clamp <= 0.0f || samples >= kFew) return;
-  TracePixels(camera, {stream.Hash(), kTimes * samples}, Options(clamp),
-              EdgesOf(Overexposed(film->color, exposure)), cancel, meter, film);
-}
-
-void FilmTracer::TracePixels(const PinholeCamera& camera, const PixelSampling& sampling,
-                             const PathOptions& options, const std::vector<PixelAt>& pixels,
-                             const CancelToken& cancel, TraceMeter* meter, Film* film) const {
-  constexpr size_t kAtOnce = kTile * kTile;
-  PixelTracers tracers([&] { return PixelTracer(geometry_, lights_, options, camera, sampling); });
-  tbb::parallel_for(size_t{0}, (pixels.size() + kAtOnce - 1) / kAtOnce, [&](size_t part) {
-    const std::span all(pixels);
-    const auto some = all.subspan(part * kAtOnce, std::min(kAtOnce, all.size() - part * kAtOnce));
-    meter->AddRays(tracers.local().Trace(some, cancel, film));
-  });
+  const PixelSampling sampling{stream.Hash(), kTimes * samples};
+  const auto make = [&] {
+    return PixelTracer(geometry_, lights_, Options(clamp), camera, sampling);
+  };
+  TracePixels(make, EdgesOf(Overexposed(film->color, exposure)), cancel, meter, film);
 }
 
 }  // namespace parallax

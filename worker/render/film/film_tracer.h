@@ -10,7 +10,9 @@
 #include "worker/render/film/film.h"
 #include "worker/render/film/pixel_tracer.h"
 #include "worker/render/paths/profiles.h"
+#include "worker/render/raster/rasteriser.h"
 #include "worker/render/renderer.h"
+#include "worker/render/volume/irradiance_volume.h"
 
 namespace parallax {
 
@@ -47,14 +49,25 @@ struct EyeTruth {
 // Returns the disparity f b / z of each pixel with a depth, and 0 of the others.
 ImageF DisparityOf(const ImageF& depth_m, double focal_times_baseline);
 
+// Light that was learnt before, in which paths end; null: not there.
+struct StoredLight {
+  const RadianceCache* cache = nullptr;      // In rooms.
+  const IrradianceVolume* volume = nullptr;  // In open land.
+};
+
 // Traces films. Borrows everything that it is made of. Its functions are thread-safe, use all
 // threads, and leave pixels as they are once cancelled.
 class FilmTracer {
  public:
-  // `cache` is null where paths are traced to their end.
+  // `rasteriser` is null where NeedsRasteriser says that the profile has no use for it.
   FilmTracer(const RenderScene& geometry, const LightTable& lights, const RenderProfile& profile,
-             const RadianceCache* cache)
-      : geometry_(geometry), lights_(lights), profile_(profile), cache_(cache) {}
+             const StoredLight& light, const Rasteriser* rasteriser)
+      : geometry_(geometry),
+        lights_(lights),
+        profile_(profile),
+        light_(light),
+        rasteriser_(rasteriser) {}
+  static bool NeedsRasteriser(const RenderProfile& profile);
 
   // Returns the options of paths whose contributions are cut at this luminance; 0: never.
   PathOptions Options(float clamp) const;
@@ -63,13 +76,20 @@ class FilmTracer {
   // Lamps that are seen directly are cut so that they do not raise it.
   float PilotLuminance(const SampleStream streams[2], const StereoCamera& stereo) const;
 
-  // Traces all pixels of the picture.
-  void TraceEye(const PinholeCamera& camera, const SampleStream& stream, const EyeTruth& truth,
-                float clamp, const CancelToken& cancel, TraceMeter* meter, Film* film) const;
-  // Adds samples of the denoiser's guides, without light, where a pixel's few samples differ. Does
-  // nothing for profiles without a denoiser or with many samples.
+  // Rasterises what an eye sees at points of the stream. Returns none for a camera with a lens and
+  // for profiles with many samples, whose looks are rays.
+  std::optional<VisibilityBuffer> Draw(const PinholeCamera& camera, const SampleStream& stream,
+                                       const CancelToken& cancel) const;
+  // Traces all pixels of the picture. `visible` is what Draw returned for this stream, or null.
+  void TraceEye(const PinholeCamera& camera, const SampleStream& stream,
+                const VisibilityBuffer* visible, const EyeTruth& truth, float clamp,
+                const CancelToken& cancel, TraceMeter* meter, Film* film) const;
+  // Adds samples of the denoiser's guides, without light, where a pixel's few samples differ: all
+  // that are in `visible`, or if that is null, traced ones. Does nothing for profiles without a
+  // denoiser or with many samples.
   void TraceGuides(const PinholeCamera& camera, const SampleStream& stream,
-                   const CancelToken& cancel, TraceMeter* meter, Film* film) const;
+                   const VisibilityBuffer* visible, const CancelToken& cancel, TraceMeter* meter,
+                   Film* film) const;
   // Traces the edges of overexposed regions again, with more samples. Does nothing for profiles
   // without a clamp or with many samples.
   void TraceEdges(const PinholeCamera& camera, const SampleStream& stream, float clamp,
@@ -79,15 +99,16 @@ class FilmTracer {
   int SamplesOf(const PinholeCamera& camera) const {
     return profile_.SamplesPerPixel(camera.width_px, camera.height_px);
   }
-  // Traces single pixels independently.
-  void TracePixels(const PinholeCamera& camera, const PixelSampling& sampling,
-                   const PathOptions& options, const std::vector<PixelAt>& pixels,
-                   const CancelToken& cancel, TraceMeter* meter, Film* film) const;
+  // Traces single pixels independently, by tracers that `make` returns, one a thread.
+  template <typename MakeTracer>
+  static void TracePixels(const MakeTracer& make, const std::vector<PixelAt>& pixels,
+                          const CancelToken& cancel, TraceMeter* meter, Film* film);
 
   const RenderScene& geometry_;
   const LightTable& lights_;
   const RenderProfile& profile_;
-  const RadianceCache* const cache_;
+  const StoredLight light_;
+  const Rasteriser* const rasteriser_;
 };
 
 }  // namespace parallax

@@ -15,6 +15,19 @@ void PixelSampling::Samplers(Bits8 x, Bits8 y, Bits8 sample, Bits8* seeds, Bits8
   }
 }
 
+void PixelSampling::Judge(const PinholeCamera& camera, const PixelAt& at, const PathResult& result,
+                          int count, PixelSum* sum) const {
+  if (!disparity_px) return;
+  const double along = camera.DirectionAt(at.x + 0.5, at.y + 0.5).norm();
+  const double seen =
+      result.distance > 0 ? focal_times_baseline * along / static_cast<double>(result.distance) : 0;
+  const double off = std::abs(seen - static_cast<double>((*disparity_px)(at.x, at.y)));
+  sum->judged = true;
+  for (size_t k = 0; k < baselines.size(); ++k) {
+    if (baselines[k] * off <= 1) sum->agreeing[k] += count;
+  }
+}
+
 PixelTracer::PixelTracer(const RenderScene& scene, const LightTable& lights,
                          const PathOptions& options, const PinholeCamera& camera,
                          const PixelSampling& sampling)
@@ -29,36 +42,27 @@ size_t PixelTracer::Start(std::span<const PixelAt> pixels, size_t first) {
   const size_t count = std::min(pixels.size() * samples - first, kAtOnce);
   size_t pixel = first / samples, number = first % samples;
   for (size_t begin = 0; begin < count; begin += kLanes) {
+    PathStarts8& start = starts_[begin / kLanes];
     Bits8 x{}, y{}, sample{};
+    Float8 u{}, v{};
     for (size_t k = 0; k < std::min<size_t>(kLanes, count - begin); ++k) {
       x[k] = static_cast<uint32_t>(pixels[pixel].x);
       y[k] = static_cast<uint32_t>(pixels[pixel].y);
       sample[k] = static_cast<uint32_t>(number);
+      if (sampling_.visible) {
+        StartAtSeen(*sampling_.visible, pixels[pixel], number, k, &start, &u, &v);
+      }
       if (++number < samples) continue;
       number = 0;
       ++pixel;
     }
-    PathStarts8& start = starts_[begin / kLanes];
     sampling_.Samplers(x, y, sample, &start.seed, &start.sample);
-    Float8 u, v;
-    Sampler::Pairs(start.seed, start.sample, Bits8{}, &u, &v);
+    if (!sampling_.visible) Sampler::Pairs(start.seed, start.sample, Bits8{}, &u, &v);
     start.dimension = 1;
     start.rays = rays_.Through(ToFloat((Int8)x) + u, ToFloat((Int8)y) + v);
     start.spread = Splat(rays_.spread());
   }
   return count;
-}
-
-void PixelTracer::Judge(const PixelAt& at, const PathResult& result, PixelSum* sum) const {
-  const double along = camera_.DirectionAt(at.x + 0.5, at.y + 0.5).norm();
-  const double seen = result.distance > 0 ? sampling_.focal_times_baseline * along /
-                                                static_cast<double>(result.distance)
-                                          : 0;
-  const double off = std::abs(seen - static_cast<double>((*sampling_.disparity_px)(at.x, at.y)));
-  sum->judged = true;
-  for (size_t k = 0; k < sampling_.baselines.size(); ++k) {
-    sum->agreeing[k] += sampling_.baselines[k] * off <= 1;
-  }
 }
 
 uint64_t PixelTracer::Trace(std::span<const PixelAt> pixels, const CancelToken& cancel,
@@ -74,7 +78,7 @@ uint64_t PixelTracer::Trace(std::span<const PixelAt> pixels, const CancelToken& 
     size_t pixel = first / samples, left = samples - first % samples;
     for (const PathResult& result : results) {
       sums_[pixel].Add(result);
-      if (sampling_.disparity_px) Judge(pixels[pixel], result, &sums_[pixel]);
+      sampling_.Judge(camera_, pixels[pixel], result, 1, &sums_[pixel]);
       rays += result.rays;
       if (--left > 0) continue;
       left = samples;

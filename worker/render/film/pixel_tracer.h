@@ -7,6 +7,7 @@
 #include "common/base/cancel.h"
 #include "worker/render/camera/camera_rays.h"
 #include "worker/render/film/film.h"
+#include "worker/render/film/seen_starts.h"
 #include "worker/render/paths/path_tracer.h"
 
 namespace parallax {
@@ -24,9 +25,16 @@ struct PixelSampling {
   double focal_times_baseline = 0;
   // For each rig that shares this eye: its baseline over the one above. At most kMostPartners.
   std::vector<double> baselines = {1.0};
+  // What the eye sees at the first samples() of its points: paths begin there, without a ray. Null:
+  // camera rays are traced. Borrowed.
+  const VisibilityBuffer* visible = nullptr;
 
   // Sets the seeds and numbers of the samplers for eight samples of pixels (x, y).
   void Samplers(Bits8 x, Bits8 y, Bits8 sample, Bits8* seeds, Bits8* numbers) const;
+  // Compares `count` samples of a pixel with its ground truth, where that is given, and counts them
+  // for each rig for which they lie within 1 px of it.
+  void Judge(const PinholeCamera& camera, const PixelAt& at, const PathResult& result, int count,
+             PixelSum* sum) const;
 };
 
 // Reuses its scratch memory between calls: not thread-safe. All arguments must outlive it.
@@ -42,9 +50,6 @@ class PixelTracer {
  private:
   // Starts up to kAtOnce paths from sample `first` on; returns their number.
   size_t Start(std::span<const PixelAt> pixels, size_t first);
-  // Compares a sample with the pixel's ground truth, and counts it for each rig for which it lies
-  // within 1 px of it.
-  void Judge(const PixelAt& at, const PathResult& result, PixelSum* sum) const;
 
   PathTracer tracer_;
   const CameraRays rays_;

@@ -66,6 +66,8 @@ Float8 LightSampler::Importance(const Enclosure* in, const Vec3x8& position, Int
     promise = LampImportance(table_->lamps()[light], position);
   } else if (light + 1 == table_->LightsIn(in)) {
     promise = SunImportance(in, position);
+  } else if (!sky_) {
+    promise = Splat(0);
   } else {
     promise = in ? PortalImportance(in->portals[light - table_->lamps().size()], position)
                  : Splat(DomeImportance());

@@ -74,7 +74,8 @@ struct LightSamples8 {
 // Chooses and samples the lights of a table, which must outlive it. Thread-safe; cheap to copy.
 class LightSampler {
  public:
-  explicit LightSampler(const LightTable& lights) : table_(&lights) {}
+  // With `sky` false, lamps and the sun alone are sampled.
+  explicit LightSampler(const LightTable& lights, bool sky = true) : table_(&lights), sky_(sky) {}
 
   // Chooses one light for each query. `scratch` is reused memory. Lanes from `queries.count` on get
   // a total of 0.
@@ -129,6 +130,7 @@ class LightSampler {
   Float8 SkyPdf(const LightReceivers8& at, const Vec3x8& directions) const;
 
   const LightTable* table_;
+  bool sky_;
 };
 
 }  // namespace parallax

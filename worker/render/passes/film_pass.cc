@@ -6,6 +6,7 @@
 #include "worker/render/film/exposure.h"
 #include "worker/render/passes/pass.h"
 #include "worker/render/paths/cache_fill.h"
+#include "worker/render/volume/volume_fill.h"
 
 namespace parallax {
 namespace {
@@ -18,7 +19,7 @@ class FilmPass {
 
   absl::Status Run() {
     StereoFrame& frame = shot_.frame;
-    RETURN_IF_ERROR(Timed(&frame.cache_s, &FilmPass::FillCache));
+    RETURN_IF_ERROR(Timed(&frame.cache_s, &FilmPass::LearnLight));
     RETURN_IF_ERROR(Timed(&frame.trace_s, &FilmPass::TraceFilms));
     const ImageU8 unmixed = MarkMixed();
     RETURN_IF_ERROR(Timed(&frame.denoise_s, &FilmPass::Develop));
@@ -42,24 +43,39 @@ class FilmPass {
 
   // Fills from all rigs of the recipe, whichever are rendered here, so that pictures do not depend
   // on how a scene's rigs are split among jobs.
-  absl::Status FillCache() {
+  absl::Status LearnLight() {
     // Keyframes place objects and lights anew for every rig: rigs can't share a cache.
-    if (scene_.cache || scene_.profile.cache_paths == 0 || scene_.has_keyframes) {
+    if (scene_.cache || scene_.volume || scene_.profile.cache_paths == 0 || scene_.has_keyframes) {
       return absl::OkStatus();
     }
     std::vector<StereoCamera> cameras;
     for (const v1::Rig& rig : scene_.book.rigs()) {
       ASSIGN_OR_RETURN(cameras.emplace_back(), StereoCamera::FromRig(rig));
     }
-    CacheFill fill;
-    fill.paths = scene_.profile.cache_paths;
     // Movers are not there: the cache holds for all times, and they are lit by traced paths.
     const bool moves = scene_.moving.moves();
     if (moves) RETURN_IF_ERROR(scene_.geometry->ShowMovers(false));
-    auto filled = FillRadianceCache(*scene_.geometry, &scene_.lights, scene_.Tracer().Options(0),
-                                    scene_.seed, cameras, fill, cancel_);
+    const absl::Status filled = scene_.open_land ? FillVolume(cameras) : FillCache(cameras);
     if (moves) RETURN_IF_ERROR(scene_.geometry->ShowMovers(true));
-    ASSIGN_OR_RETURN(scene_.cache, std::move(filled));
+    return filled;
+  }
+
+  absl::Status FillCache(const std::vector<StereoCamera>& cameras) {
+    CacheFill fill;
+    fill.paths = scene_.profile.cache_paths;
+    ASSIGN_OR_RETURN(scene_.cache,
+                     FillRadianceCache(*scene_.geometry, &scene_.lights, scene_.Tracer().Options(0),
+                                       scene_.seed, cameras, fill, cancel_));
+    return absl::OkStatus();
+  }
+
+  absl::Status FillVolume(const std::vector<StereoCamera>& cameras) {
+    VolumeFill fill;
+    fill.looks = scene_.profile.cache_paths;
+    PathOptions options = scene_.Tracer().Options(0);
+    options.direct = DirectLight::kSunByLightSampling;
+    ASSIGN_OR_RETURN(scene_.volume, FillIrradianceVolume(*scene_.geometry, scene_.lights, options,
+                                                         scene_.seed, cameras, fill, cancel_));
     return absl::OkStatus();
   }
 
@@ -73,10 +89,13 @@ class FilmPass {
     for (int eye = first_eye(); eye < 2; ++eye) {
       const PinholeCamera& camera = shot_.stereo.eyes[eye];
       Film& film = films_[eye].emplace(camera);
-      tracer.TraceEye(camera, stream(eye, 0), TruthOf(eye), shot_.clamp, cancel_, &shot_.meter,
-                      &film);
+      const auto drawn = tracer.Draw(camera, stream(eye, 0), cancel_);
+      const VisibilityBuffer* const visible = drawn ? &*drawn : nullptr;
+      tracer.TraceEye(camera, stream(eye, 0), visible, TruthOf(eye), shot_.clamp, cancel_,
+                      &shot_.meter, &film);
       if (cancel_.cancelled()) return Cancelled("render: cancelled");
-      tracer.TraceGuides(camera, stream(eye, 4), cancel_, &shot_.meter, &film);
+      tracer.TraceGuides(camera, stream(eye, visible ? 0 : 4), visible, cancel_, &shot_.meter,
+                         &film);
       if (cancel_.cancelled()) return Cancelled("render: cancelled");
     }
     shot_.frame.exposure = shot_.kept ? shot_.kept->exposure : Exposure();
@@ -153,7 +172,8 @@ absl::Status RunFilm(PassScene& scene, Shot& shot, const CancelToken& cancel) {
 
 }  // namespace
 
-// The bytes are those of both eyes' films and maps, and the denoiser's buffers.
-extern const Pass kFilmPass{"film", nullptr, 400, 2, nullptr, &RunFilm};
+// The bytes are those of both eyes' films and maps, the denoiser's buffers, and one eye's
+// visibility buffer.
+extern const Pass kFilmPass{"film", nullptr, 464, 2, nullptr, &RunFilm};
 
 }  // namespace parallax

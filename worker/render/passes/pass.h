@@ -27,11 +27,17 @@
 
 namespace parallax {
 
+// Returns whether a scene is land with plants or stones in large numbers under the open sky, which
+// no roof encloses.
+inline bool IsOpenLand(const RenderScene& geometry, const LightTable& lights) {
+  return !geometry.geometry().instances.empty() && lights.enclosures().empty();
+}
+
 // State that the passes of all pairs of a scene share. One pair at a time.
 struct PassScene {
   PassScene(const v1::Scene& scene, const RenderProfile& scene_profile,
             std::unique_ptr<RenderScene> scene_geometry, LightTable scene_lights,
-            std::unique_ptr<Denoiser> scene_denoiser)
+            std::optional<Rasteriser> scene_rasteriser, std::unique_ptr<Denoiser> scene_denoiser)
       : seed(scene.scene_seed()),
         book(scene),
         profile(scene_profile),
@@ -39,9 +45,15 @@ struct PassScene {
         geometry(std::move(scene_geometry)),
         moving(scene, geometry.get()),
         lights(std::move(scene_lights)),
-        denoiser(std::move(scene_denoiser)) {}
+        rasteriser(std::move(scene_rasteriser)),
+        denoiser(std::move(scene_denoiser)),
+        open_land(rasteriser && !has_keyframes && IsOpenLand(*geometry, lights)) {}
 
-  FilmTracer Tracer() const { return {*geometry, lights, profile, cache ? &*cache : nullptr}; }
+  FilmTracer Tracer() const {
+    return {*geometry, lights, profile,
+            StoredLight{cache ? &*cache : nullptr, volume ? &*volume : nullptr},
+            rasteriser ? &*rasteriser : nullptr};
+  }
   // Returns the stream of random numbers of a picture: `part` tells the uses of one eye apart.
   SampleStream StreamOf(const v1::Rig& rig, int eye, uint32_t part) const {
     return {seed, rig.index(), static_cast<uint32_t>(eye), part};
@@ -56,10 +68,14 @@ struct PassScene {
   const bool has_keyframes;  // Every rig has objects and lights placed anew.
   const std::unique_ptr<RenderScene> geometry;
   MovingScene moving;
-  LightTable lights;  // Constant except for keyframes.
+  LightTable lights;                           // Constant except for keyframes.
+  const std::optional<Rasteriser> rasteriser;  // Where the profile needs it.
   const std::unique_ptr<Denoiser> denoiser;
-  std::optional<RadianceCache> cache;  // Filled by the first pair that is rendered.
-  std::optional<KeptLeft> kept_left;   // The last left eye that other rigs share.
+  const bool open_land;  // Light is learnt by a volume.
+  // Filled by the first pair that is rendered: the volume in open land, else the cache.
+  std::optional<RadianceCache> cache;
+  std::optional<IrradianceVolume> volume;
+  std::optional<KeptLeft> kept_left;  // The last left eye that other rigs share.
 };
 
 // A pair that is being rendered.

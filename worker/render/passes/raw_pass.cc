@@ -31,9 +31,9 @@ absl::Status RunRaw(PassScene& scene, Shot& shot, const CancelToken& cancel) {
       return scene.StreamOf(rig, kFirstStream + eye, part);
     };
     Film film(camera);
-    tracer.TraceEye(camera, stream(0), {}, shot.clamp, cancel, &shot.meter, &film);
+    tracer.TraceEye(camera, stream(0), nullptr, {}, shot.clamp, cancel, &shot.meter, &film);
     if (cancel.cancelled()) return Cancelled("render: cancelled");
-    tracer.TraceGuides(camera, stream(4), cancel, &shot.meter, &film);
+    tracer.TraceGuides(camera, stream(4), nullptr, cancel, &shot.meter, &film);
     tracer.TraceEdges(camera, stream(3), shot.clamp, frame->exposure, cancel, &shot.meter, &film);
     if (cancel.cancelled()) return Cancelled("render: cancelled");
     RETURN_IF_ERROR(scene.Denoise(frame->exposure, cancel, &film));

@@ -1,5 +1,6 @@
 // The path tracer's steps at the surfaces that the rays met.
 #include "worker/render/paths/path_state.h"
+#include "worker/render/volume/irradiance_volume.h"
 
 namespace parallax {
 namespace {
@@ -249,10 +250,47 @@ PARALLAX_LANE_CLONES void PathTracer::ShadeBlock(size_t block) {
 
   vertex.gathers = vertex.here & vertex.lit & ~scatter.bsdf().mirror_like();
   if (Any(vertex.gathers)) MakeShadowRays(vertex, scatter);
+  if (options_.volume) EndInVolume(&vertex, scatter);
+  if (!Any(vertex.here)) return;
   const BsdfSample8 next = scatter.SampleBsdf();
   TintGuides(vertex, scatter, next);
   vertex.Drop(vertex.here & (~next.goes | (vertex.last & ~next.straight)), this);
   ContinuePaths(vertex, next);
+}
+
+// Adds the light of the volume to walks at rough surfaces, and ends them. Sharp gloss goes on as a
+// ray, which the next rough surface ends.
+void PathTracer::EndInVolume(PathVertex8* vertex, const Scatter8& scatter) {
+  constexpr float kSharp = 0.3f;      // Roughness.
+  constexpr float kMuchGloss = 0.1f;  // Share of reflected light.
+  const State& state = *state_;
+  const size_t block = vertex->block;
+  const SurfaceSample8& surface = vertex->at.surface;
+  const AmbientParts8 parts = scatter.bsdf().Ambient();
+  const Mask8 sharp = ((surface.roughness < kSharp) & (Luminance(parts.gloss) > kMuchGloss)) |
+                      vertex->transmits | scatter.bsdf().mirror_like();
+  const Mask8 asking = vertex->here & ~sharp;
+  if (!Any(asking)) return;
+  // Leaves need no jitter: neighbours share no surface on which the cells' edges could be seen.
+  Mask8 sheets{};
+  ForEach(asking, [&](int lane) {
+    const CacheGroup& group =
+        scene_.cache_group(static_cast<uint32_t>(state.hits.placed.At(block)[lane]));
+    if (group.Sheet(static_cast<uint16_t>(state.hits.slot.At(block)[lane]))) sheets[lane] = -1;
+  });
+  const Vec3x8 jitter{state.u[0].At(block) - 0.5f, state.u[2].At(block) - 0.5f,
+                      state.v[2].At(block) - 0.5f};
+  const IncomingLight8 light =
+      options_.volume->At(vertex->at.position, Select(sheets, Vec3x8::Zero(), jitter), asking);
+  const Vec3x8& normal = scatter.normal();
+  const Vec3x8 mirrored = normal * (2.0f * Dot(normal, vertex->at.out)) - vertex->at.out;
+  Vec3x8 arrived =
+      light.Irradiance(normal) * kInvPi * parts.above + light.RadianceAbout(mirrored) * parts.gloss;
+  if (Any(scatter.bsdf().translucent())) {
+    arrived = arrived + light.Irradiance(-normal) * kInvPi * parts.below;
+  }
+  Add(block, light.known, vertex->at.throughput * arrived);
+  vertex->Drop(light.known, this);
 }
 
 void PathTracer::PathVertex8::Drop(Mask8 walks, PathTracer* tracer) {

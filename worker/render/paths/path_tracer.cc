@@ -9,7 +9,7 @@ PathTracer::PathTracer(const RenderScene& scene, const LightTable& lights,
                        const PathOptions& options)
     : scene_(scene),
       lights_(lights),
-      light_sampler_(lights),
+      light_sampler_(lights, options.direct != DirectLight::kSunByLightSampling),
       options_(options),
       state_(std::make_unique<State>()) {
   state_->alike.resize(scene.geometry().materials.size());
@@ -40,6 +40,7 @@ void PathTracer::Trace(std::span<Path> paths) {
       walks.seed[walk] = path.sampler.seed();
       walks.sample[walk] = path.sampler.sample();
       walks.dimension[walk] = path.sampler.dimension();
+      if (path.lights_sampled) walks.pdf[walk] = 1;
       state.trails[walk] = path.trail;
       state.learning |= path.trail != nullptr;
     }
@@ -79,6 +80,8 @@ size_t PathTracer::AddPaths(std::span<const PathStarts8> starts, size_t next) {
     walks.sample.PutFrom(walk, start.sample);
     walks.dimension.PutFrom(walk, Bits8{} + start.dimension);
     AddPaths(next);
+    walks.body.PutFrom(walk, start.body);
+    walks.triangle.PutFrom(walk, start.triangle);
     next += kLanes;
   }
   return next;
@@ -101,6 +104,7 @@ void PathTracer::AddPaths(size_t path) {
        {&walks.cell, &walks.bounce, &walks.passages, &walks.rays, &walks.guided}) {
     row->PutFrom(walk, Int8{});
   }
+  walks.body.PutFrom(walk, Int8{} + PathStarts8::kUnknown);
   state.count += std::min<size_t>(kLanes, state.results.size() - path);
   for (size_t block = walk / kLanes; block < blocks(); ++block) {
     const int before = static_cast<int>(std::max(walk, block * kLanes) - block * kLanes);
@@ -184,11 +188,14 @@ void PathTracer::Add(size_t block, Mask8 walks, const Vec3x8& contribution) {
 
 // Whether light met by BSDF sampling counts; with light sampling alone, only if that can't find it.
 bool PathTracer::FoundByBsdf(size_t walk) const {
-  return options_.direct != DirectLight::kLightSampling || !std::isfinite(state_->walks.pdf[walk]);
+  return options_.direct == DirectLight::kBoth || options_.direct == DirectLight::kBsdfSampling ||
+         !std::isfinite(state_->walks.pdf[walk]);
 }
 
 Mask8 PathTracer::FoundByBsdf8(size_t block) const {
-  if (options_.direct != DirectLight::kLightSampling) return ~Mask8{};
+  if (options_.direct == DirectLight::kBoth || options_.direct == DirectLight::kBsdfSampling) {
+    return ~Mask8{};
+  }
   return ~IsFinite(state_->walks.pdf.At(block));
 }
 
@@ -216,7 +223,7 @@ Vec3f PathTracer::MeshLight(size_t walk, float cosine) const {
 
 // ---- Rays ----
 
-// Rays of one eye with nearly the same direction go in packets.
+// Rays of one eye with nearly the same direction go in packets. Hits that are known are not traced.
 void PathTracer::Intersect() {
   constexpr float kAlike = 0.999f;  // Cosine of 2.5 degrees.
   State& state = *state_;
@@ -224,17 +231,32 @@ void PathTracer::Intersect() {
   for (size_t block = 0; block < blocks(); ++block) {
     const Rays8 rays{walks.origin.At(block), walks.direction.At(block)};
     const size_t first = block * kLanes;
-    const Mask8 lanes = Staying(block);
+    const Mask8 known = Staying(block) & (walks.body.At(block) != PathStarts8::kUnknown);
+    const Mask8 lanes = Staying(block) & ~known;
     const Vec3x8 from = walks.origin[first], ahead = walks.direction[first];
     const Mask8 alike = (walks.bounce.At(block) == 0) & (rays.origin.x == from.x) &
                         (rays.origin.y == from.y) & (rays.origin.z == from.z) &
                         (Inner(rays.direction, ahead) > kAlike);
     const bool coherent = !Any(lanes & ~alike) && Any(lanes & ~FirstLanes(1));
     Hits8& hits = state.met[block];
-    scene_.trees().Intersect(RayTrees::Tree::kFast, rays, lanes, coherent, &hits);
+    if (Any(lanes) || !Any(known)) {
+      scene_.trees().Intersect(RayTrees::Tree::kFast, rays, lanes, coherent, &hits);
+    }
+    if (Any(known)) TakeKnownHits(block, rays, known);
     walks.rays.At(block) -= lanes;  // One more each.
     scene_.Prefetch(hits);
   }
+}
+
+void PathTracer::TakeKnownHits(size_t block, const Rays8& rays, Mask8 known) {
+  WalkRows& walks = state_->walks;
+  Hits8 seen;
+  seen.placed = walks.body.At(block);
+  seen.triangle = walks.triangle.At(block);
+  seen.met = known & (seen.placed != PathStarts8::kNothing);
+  scene_.HitTriangles(rays, &seen);
+  state_->met[block] = Select(known, seen, state_->met[block]);
+  walks.body.At(block) = Int8{} + PathStarts8::kUnknown;
 }
 
 void PathTracer::LoadHits() {
@@ -283,10 +305,16 @@ void PathTracer::LoadHits() {
 }
 
 void PathTracer::Escape(size_t walk) {
-  if (!FoundByBsdf(walk)) return;
+  const bool sun = FoundByBsdf(walk);
+  if (!sun && options_.direct != DirectLight::kSunByLightSampling) return;
   const WalkRows& walks = state_->walks;
-  const Vec3f sky =
-      light_sampler_.EscapeRadiance(ReceiverOf(walk), walks.direction[walk], MisPdf(walk));
+  const Vec3f& direction = walks.direction[walk];
+  Vec3f sky = Vec3f::Zero();
+  if (sun) {
+    sky = light_sampler_.EscapeRadiance(ReceiverOf(walk), direction, MisPdf(walk));
+  } else if (lights_.sky().has_sky()) {
+    sky = lights_.sky().Radiance(direction);
+  }
   Add(walk, walks.throughput[walk].cwiseProduct(sky));
   if (walks.guided[walk]) return;
   state_->result(walk).albedo = sky.cwiseMin(1.0f).cwiseProduct(walks.tint[walk]);
@@ -296,8 +324,9 @@ void PathTracer::Escape(size_t walk) {
 void PathTracer::PassHaze(size_t block, const Hits8& hits) {
   State& state = *state_;
   WalkRows& walks = state.walks;
-  const Mask8 seen = Staying(block) & hits.met & (walks.bounce.At(block) == 0);
-  const Mask8 first = seen | (Live(block) & ~hits.met & (walks.bounce.At(block) == 0));
+  const Mask8 from_eye = (walks.bounce.At(block) == 0) & ~IsFinite(walks.pdf.At(block));
+  const Mask8 seen = Staying(block) & hits.met & from_eye;
+  const Mask8 first = seen | (Live(block) & ~hits.met & from_eye);
   if (!Any(first)) return;
   for (uint32_t left = BitsOf(first); left != 0; left &= left - 1) {
     const int lane = __builtin_ctz(left);

@@ -20,12 +20,14 @@
 
 namespace parallax {
 
+class IrradianceVolume;
 class Scatter8;
 struct BsdfSample8;
 struct SurfaceInteraction8;
 
-// Estimators of direct light; tests compare them, everything else uses both.
-enum class DirectLight { kBoth, kLightSampling, kBsdfSampling };
+// Estimators of direct light. With kSunByLightSampling, light sampling finds lamps and the sun, and
+// rays find the sky. Tests compare the first three; an irradiance volume goes with the last.
+enum class DirectLight { kBoth, kLightSampling, kBsdfSampling, kSunByLightSampling };
 
 // How paths are traced.
 struct PathOptions {
@@ -39,6 +41,8 @@ struct PathOptions {
   // The least width of a path's footprint, in cells, for it to end in the cache, so that
   // reflections in mirrors and corners are traced.
   float cache_footprint = 1.5f;
+  // Ends paths at rough surfaces with the light that arrives there; null: no volume. Borrowed.
+  const IrradianceVolume* volume = nullptr;
   // Paths end once the denoiser's guides are known, and gather no light.
   bool only_guides = false;
 };
@@ -81,6 +85,11 @@ struct PathStarts8 {
   Float8 spread;           // As Ray's; the cones begin as points.
   Bits8 seed, sample;      // Sampler seeds and sample indices.
   uint32_t dimension = 0;  // Pairs drawn so far.
+  // The triangles that the rays meet first, as Rasteriser finds them; no ray is traced where they
+  // are known.
+  static constexpr int32_t kUnknown = -1;  // Body: a ray is traced.
+  static constexpr int32_t kNothing = -2;  // Body: the ray meets no surface.
+  Int8 body = Int8{} + kUnknown, triangle{};
 };
 
 // One path, from its camera ray on.
@@ -90,7 +99,9 @@ struct Path {
   Ray ray;
   Sampler sampler;
   PathTrail* trail = nullptr;  // Its surfaces are written there. Borrowed.
-  PathResult result;           // Once traced.
+  // Whether the ray starts at a surface whose light samples have found lamps and the sun.
+  bool lights_sampled = false;
+  PathResult result;  // Once traced.
 };
 
 // Traces paths. Reuses its scratch memory between calls, so it is not thread-safe. `scene`,
@@ -121,6 +132,7 @@ class PathTracer {
 
   // The parts of a step, in this order; each prefetches what the next one reads.
   void Intersect();
+  void TakeKnownHits(size_t block, const Rays8& rays, Mask8 known);
   // Adds light that rays met outside of surfaces, and identifies the surfaces that the others met.
   void LoadHits();
   void QueryCache();
@@ -161,6 +173,7 @@ class PathTracer {
   void SampleLights(PathVertex8* vertex) const;
   void RecordGuides(const PathVertex8& vertex, const Scatter8& scatter);
   void MakeShadowRays(const PathVertex8& vertex, const Scatter8& scatter);
+  void EndInVolume(PathVertex8* vertex, const Scatter8& scatter);
   void TintGuides(const PathVertex8& vertex, const Scatter8& scatter, const BsdfSample8& next);
   void ContinuePaths(const PathVertex8& vertex, const BsdfSample8& next);
   void SpawnRays(const PathVertex8& vertex, Mask8 walks, const BsdfSample8& next);

@@ -67,6 +67,11 @@ Float8 CacheGrid::WidthAt(const Vec3x8& position) const {
   return width;
 }
 
+Vec3x8 CacheGrid::CubeOf(const Vec3x8& positions, Float8 width_m) {
+  const Vec3x8 cube = (positions + kShift_m) * (1.0f / width_m);
+  return {Floor(cube.x), Floor(cube.y), Floor(cube.z)};
+}
+
 uint64_t CacheGrid::KeyOf(const CachePlace& place, float width_m) {
   const Eigen::Vector3i cube =
       ((place.position + kShift_m) * (1.0f / width_m)).array().floor().cast<int>().matrix();
@@ -101,8 +106,8 @@ void RadianceCache::Ask(const CacheQuestions8& questions, uint64_t* keys) const 
   const Vec3x8 moved =
       questions.position +
       (frame.x * (questions.jitter_u - 0.5f) + frame.y * (questions.jitter_v - 0.5f)) * width;
-  const Vec3x8 cube = (moved + kShift_m) * (1.0f / width);
-  const Int8 x = ToInt(Floor(cube.x)), y = ToInt(Floor(cube.y)), z = ToInt(Floor(cube.z));
+  const Vec3x8 cube = CacheGrid::CubeOf(moved, width);
+  const Int8 x = ToInt(cube.x), y = ToInt(cube.y), z = ToInt(cube.z);
   const Int8 face = FaceOf(questions.normal);
   for (; asked != 0; asked &= asked - 1) {
     const int lane = __builtin_ctz(asked);

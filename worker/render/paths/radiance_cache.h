@@ -44,6 +44,8 @@ class CacheGrid {
   // Returns the width of the grid's cells at a world position, metres.
   float WidthAt(const Vec3f& position) const;
   Float8 WidthAt(const Vec3x8& position) const;
+  // Returns the integer coordinates of the cubes of this width that hold eight positions.
+  static Vec3x8 CubeOf(const Vec3x8& positions, Float8 width_m);
   // Returns the key of a place's cell among cells of this width; never 0.
   static uint64_t KeyOf(const CachePlace& place, float width_m);
   uint64_t KeyOf(const CachePlace& place) const { return KeyOf(place, WidthOf(place)); }

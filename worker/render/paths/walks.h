@@ -86,7 +86,8 @@ struct WalkRows {
   Row<int32_t> room, cell;
   Row<float> total, pdf;
   Row<int32_t> bounce, passages, rays;
-  Row<int32_t> guided;  // All bits or none.
+  Row<int32_t> guided;          // All bits or none.
+  Row<int32_t> body, triangle;  // The next hit, where it is known (PathStarts8).
   // The state of its sampler.
   Row<uint32_t> seed, sample, dimension;
 };

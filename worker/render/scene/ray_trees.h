@@ -63,6 +63,17 @@ struct Hits8 {
   }
 };
 
+inline Hits8 Select(Mask8 mask, const Hits8& a, const Hits8& b) {
+  return {mask ? a.met : b.met,
+          mask ? a.distance : b.distance,
+          mask ? a.u : b.u,
+          mask ? a.v : b.v,
+          mask ? a.placed : b.placed,
+          mask ? a.triangle : b.triangle,
+          Select(mask, a.position, b.position),
+          Select(mask, a.edge_cross, b.edge_cross)};
+}
+
 // Gives the transmittance of surfaces that shadow rays meet.
 class ShadowFilter {
  public:

@@ -29,6 +29,12 @@ struct BsdfValue8 {
   Float8 pdf = Splat(0);
 };
 
+// What a surface scatters towards o of light that varies little over its lobes: the shares of the
+// irradiance over pi on o's side and on the other, and of the radiance about the mirror direction.
+struct AmbientParts8 {
+  Vec3x8 above, below, gloss;
+};
+
 // A sampled direction of light, local frame.
 struct BsdfDirection8 {
   Vec3x8 direction;
@@ -57,6 +63,8 @@ class Bsdf8 {
   Mask8 translucent() const { return p_through_ > 0.0f; }
   // Returns the chance that a sample of glass passes through it.
   Float8 PassChance() const;
+  // Returns the surface's answer to wide light, its glass left out.
+  AmbientParts8 Ambient() const;
   // Return the transmittance of a smooth thin wall for light that is not deflected, and the chance
   // to sample that way.
   const Vec3x8& Straight() const { return straight_; }

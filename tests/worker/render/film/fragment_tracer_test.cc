@@ -30,6 +30,12 @@ TestScene Laths() {
   return test;
 }
 
+PixelSampling Sampling(uint32_t stream_hash, const VisibilityBuffer& visible) {
+  PixelSampling sampling{.stream_hash = stream_hash};
+  sampling.visible = &visible;
+  return sampling;
+}
+
 // The guides of all samples of a pixel, each traced as a ray.
 TEST(FragmentTracer, GuidesAreThoseOfAllSamplesOfAPixelForFewRays) {
   const Built built = Build(Laths());
@@ -43,7 +49,7 @@ TEST(FragmentTracer, GuidesAreThoseOfAllSamplesOfAPixelForFewRays) {
     pixels.push_back({i % eye.width_px, i / eye.width_px});
   }
   Film film(eye), wanted(eye);
-  FragmentTracer guides(*built.scene, built.lights, options, eye, kStream, visible);
+  FragmentTracer guides(*built.scene, built.lights, options, eye, Sampling(kStream, visible));
   const uint64_t rays_traced = guides.Trace(pixels, {}, &film);
 
   PathTracer tracer(*built.scene, built.lights, options);
@@ -125,7 +131,7 @@ TEST(FragmentTracer, ACancelLeavesPixelsAsTheyAre) {
   const Built built = Build(Laths());
   const PinholeCamera eye = StereoCamera::FromRig(test::BoxRoomRig(8, 8))->eyes[0];
   const VisibilityBuffer visible = Rasteriser::Create(*built.scene)->Draw(eye, 5, {});
-  FragmentTracer guides(*built.scene, built.lights, PathOptions(), eye, 5, visible);
+  FragmentTracer guides(*built.scene, built.lights, PathOptions(), eye, Sampling(5, visible));
   Film film(eye);
   const CancelToken cancel;
   cancel.Cancel();

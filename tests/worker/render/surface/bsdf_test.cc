@@ -484,5 +484,37 @@ TEST(Bsdf, WeightIsValueOverDensity) {
   }
 }
 
+// Under the same light from all sides.
+TEST(Bsdf, AmbientPartsSumToWhatDirectionsGive) {
+  constexpr int kSide = 96;
+  for (const NamedSurface& named : Surfaces()) {
+    if (named.surface.transmission > 0) continue;
+    SurfaceSample8 surface;
+    for (int lane = 0; lane < kLanes; ++lane) surface.Set(lane, named.surface);
+    for (const float cosine : {0.25f, 0.6f, 0.95f}) {
+      const Vec3f o(std::sqrt(1 - cosine * cosine), 0, cosine);
+      const Bsdf8 bsdf(surface, Vec3x8(o), ~Mask8{});
+      Vec3d above = Vec3d::Zero(), below = Vec3d::Zero();
+      for (int a = 0; a < kSide; ++a) {
+        for (int b = 0; b < kSide; ++b) {
+          const float z = (static_cast<float>(a) + 0.5f) / kSide * 2 - 1;
+          const float turn = 6.2831853f * (static_cast<float>(b) + 0.5f) / kSide;
+          const float r = std::sqrt(1 - z * z);
+          const Vec3f i(r * std::cos(turn), r * std::sin(turn), z);
+          const Vec3d light = bsdf.Evaluate(Vec3x8(i)).f_cos.Get(0).cast<double>();
+          (z > 0 ? above : below) += light * (4 * M_PI / (kSide * kSide));
+        }
+      }
+      const AmbientParts8 parts = bsdf.Ambient();
+      for (int c = 0; c < 3; ++c) {
+        const double reflected = static_cast<double>((parts.above + parts.gloss).Get(0)[c]);
+        EXPECT_NEAR(reflected, above[c], 0.03 + 0.03 * above[c]) << named.name << " at " << cosine;
+        EXPECT_NEAR(static_cast<double>(parts.below.Get(0)[c]), below[c], 0.02)
+            << named.name << " at " << cosine;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace parallax

@@ -8,7 +8,6 @@
 #include <set>
 
 #include "worker/evaluate/benchmark.h"
-#include "worker/evaluate/pair_groups.h"
 
 namespace parallax {
 namespace {

@@ -29,7 +29,7 @@ struct TableFigures {
 
 // A row's figures on one benchmark.
 struct TableCell : TableFigures {
-  // By group, where pairs come from several sets (pair_groups.h).
+  // By group, where pairs come from several sets.
   std::map<std::string, TableFigures> groups;
   int seeds = 0;            // Seeds scored on this benchmark; at most those of the row.
   int pairs_published = 0;  // Size of the whole benchmark; 0 where that isn't fixed.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <numeric>
 
 #include "common/base/rng.h"
 
@@ -183,6 +185,18 @@ std::optional<double> LeastDifference(const DifferenceSpread& spread, int seeds,
   const DifferenceOfMeans means = MeansWith(spread, seeds, images, confidence);
   const double beyond = QuantileFor(2 * kPower - 1, means.degrees);  // On one side.
   return means.half + beyond * means.deviation;
+}
+
+std::vector<int> UnitsOf(const std::vector<std::string>& groups) {
+  std::map<std::string, int> by_group;
+  std::vector<int> units;
+  int count = 0;
+  for (const std::string& group : groups) {
+    const bool known = !group.empty() && !by_group.try_emplace(group, count).second;
+    units.push_back(known ? by_group.at(group) : count++);
+  }
+  if (count < kFewestGroups) std::iota(units.begin(), units.end(), 0);
+  return units;
 }
 
 double MeanFigure(const FigureTable& table) {

@@ -27,6 +27,16 @@ namespace parallax {
 // of 1 the figure is the mean over images; with counts of pixels it is that of the pool.
 using FigureTable = std::vector<std::vector<Quotient>>;
 
+// With fewer groups of pairs, intervals draw pairs: so few say nothing of the spread between
+// groups.
+inline constexpr int kFewestGroups = 5;
+
+// Returns for each pair the unit that intervals draw it with, numbered from 0 in order: its group,
+// or a unit of its own where `groups` has an empty string or less than kFewestGroups units. Pairs
+// of one set share cameras, scenes and the way their truth was made, so that they say less of other
+// pictures than as many independent ones.
+std::vector<int> UnitsOf(const std::vector<std::string>& groups);
+
 // Number of replicates, confidence level and seed of the bootstrap.
 struct BootstrapOptions {
   int replicates = 2000;  // More make an interval's ends steadier, in proportion to its root.

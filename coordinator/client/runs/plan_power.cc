@@ -8,7 +8,6 @@
 #include "common/image/jpeg.h"
 #include "coordinator/client/content/study_options.h"
 #include "worker/evaluate/own_benchmark.h"
-#include "worker/evaluate/pair_groups.h"
 #include "worker/evaluate/score_table.h"
 #include "worker/evaluate/scores.h"
 

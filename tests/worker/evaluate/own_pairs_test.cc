@@ -3,7 +3,7 @@
 
 #include "tests/worker/evaluate/test_tree.h"
 #include "worker/evaluate/benchmark.h"
-#include "worker/evaluate/pair_groups.h"
+#include "worker/evaluate/benchmarks/benchmark_layout.h"
 
 namespace parallax {
 namespace {

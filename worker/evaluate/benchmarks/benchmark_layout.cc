@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <set>
 
 #include "worker/evaluate/disparity_files.h"
 #include "worker/evaluate/visibility.h"
@@ -68,6 +69,14 @@ std::string PlainName(std::string name) {
     if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '.') c = '_';
   }
   return name;
+}
+
+std::vector<std::string> GroupsByName(const std::vector<std::string>& names) {
+  std::vector<std::string> groups;
+  for (const std::string& name : names) groups.push_back(name.substr(0, name.find('_')));
+  const std::set<std::string> different(groups.begin(), groups.end());
+  if (different.size() < 2 || different.size() == names.size()) groups.assign(names.size(), "");
+  return groups;
 }
 
 absl::Status RequireFiles(const std::vector<std::string>& paths) {

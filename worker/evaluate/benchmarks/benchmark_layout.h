@@ -27,6 +27,10 @@ bool IsFile(const std::string& path);
 // files can't hold.
 std::string PlainName(std::string name);
 
+// Returns the sets of pairs by their names: what comes before the first '_' ("mb2006_rocks1").
+// Empty strings if that makes one set of all, or no set of two.
+std::vector<std::string> GroupsByName(const std::vector<std::string>& names);
+
 // Errors: kNotFound naming the first file of `paths` that is not there, and how many more aren't.
 absl::Status RequireFiles(const std::vector<std::string>& paths);
 

@@ -5,7 +5,6 @@
 #include "common/base/status.h"
 #include "worker/evaluate/benchmarks/benchmark_layout.h"
 #include "worker/evaluate/benchmarks/kinds.h"
-#include "worker/evaluate/pair_groups.h"
 
 namespace parallax {
 namespace {

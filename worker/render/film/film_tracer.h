@@ -9,10 +9,10 @@
 #include "common/math/stereo.h"
 #include "worker/render/film/film.h"
 #include "worker/render/film/pixel_tracer.h"
+#include "worker/render/paths/irradiance_volume.h"
 #include "worker/render/paths/profiles.h"
 #include "worker/render/raster/rasteriser.h"
 #include "worker/render/renderer.h"
-#include "worker/render/volume/irradiance_volume.h"
 
 namespace parallax {
 

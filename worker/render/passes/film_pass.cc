@@ -6,7 +6,7 @@
 #include "worker/render/film/exposure.h"
 #include "worker/render/passes/pass.h"
 #include "worker/render/paths/cache_fill.h"
-#include "worker/render/volume/volume_fill.h"
+#include "worker/render/paths/volume_fill.h"
 
 namespace parallax {
 namespace {

@@ -1,6 +1,6 @@
 // The path tracer's steps at the surfaces that the rays met.
+#include "worker/render/paths/irradiance_volume.h"
 #include "worker/render/paths/path_state.h"
-#include "worker/render/volume/irradiance_volume.h"
 
 namespace parallax {
 namespace {

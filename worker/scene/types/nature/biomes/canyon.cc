@@ -164,7 +164,7 @@ const Biome kCanyon = {
     .weight = [](const v1::BiomeWeights& weights) { return weights.canyon(); },
     .ground = &CanyonGround,
     .write = &WriteCanyon,
-    .trace_times = 1.8,
+    .trace_times = 0.6,
 };
 
 }  // namespace parallax

@@ -152,7 +152,7 @@ const Biome kCliff = {
     .weight = [](const v1::BiomeWeights& weights) { return weights.cliff(); },
     .ground = &CliffGround,
     .write = &WriteCliff,
-    .trace_times = 3.6,
+    .trace_times = 1.2,
 };
 
 }  // namespace parallax

@@ -266,7 +266,7 @@ const Biome kCoast = {
     .weight = [](const v1::BiomeWeights& weights) { return weights.coast(); },
     .ground = &CoastGround,
     .write = &WriteCoast,
-    .trace_times = 1.9,
+    .trace_times = 0.6,
     .clarity = 1.6,
 };
 

@@ -166,7 +166,7 @@ const Biome kDesert = {
     .weight = [](const v1::BiomeWeights& weights) { return weights.desert(); },
     .ground = &DesertGround,
     .write = &WriteDesert,
-    .trace_times = 1.5,
+    .trace_times = 0.5,
 };
 
 }  // namespace parallax

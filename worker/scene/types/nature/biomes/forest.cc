@@ -261,7 +261,7 @@ const Biome kForest = {
     .weight = [](const v1::BiomeWeights& weights) { return weights.forest(); },
     .ground = &ForestGround,
     .write = &WriteForest,
-    .trace_times = 5,
+    .trace_times = 1.3,
 };
 
 }  // namespace parallax

@@ -274,7 +274,7 @@ const Biome kMountain = {
     .weight = [](const v1::BiomeWeights& weights) { return weights.mountain(); },
     .ground = &MountainGround,
     .write = &WriteMountain,
-    .trace_times = 2.6,
+    .trace_times = 0.6,
 };
 
 }  // namespace parallax

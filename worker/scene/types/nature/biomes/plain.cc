@@ -164,7 +164,7 @@ const Biome kPlain = {
     .weight = [](const v1::BiomeWeights& weights) { return weights.plain(); },
     .ground = &PlainGround,
     .write = &WritePlain,
-    .trace_times = 5,
+    .trace_times = 1.8,
 };
 
 }  // namespace parallax

@@ -112,7 +112,7 @@ const Biome kSnowyMountain = {
     .weight = [](const v1::BiomeWeights& weights) { return weights.snowy_mountain(); },
     .ground = &SnowyGround,
     .write = &WriteSnowyMountain,
-    .trace_times = 1.8,
+    .trace_times = 0.6,
 };
 
 }  // namespace parallax

@@ -1,6 +1,6 @@
 // The irradiance volume: closed forms, sparse cells, determinism, and pictures of open land with
 // it.
-#include "worker/render/volume/irradiance_volume.h"
+#include "worker/render/paths/irradiance_volume.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -11,9 +11,9 @@
 #include "tests/worker/render/radiance.h"
 #include "tests/worker/render/render_frame.h"
 #include "worker/render/camera/camera_rays.h"
+#include "worker/render/paths/volume_fill.h"
 #include "worker/render/renderer.h"
 #include "worker/render/surface/sampling.h"
-#include "worker/render/volume/volume_fill.h"
 
 namespace parallax {
 namespace {

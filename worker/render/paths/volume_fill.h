@@ -5,8 +5,8 @@
 
 #include "common/base/cancel.h"
 #include "worker/render/camera/camera.h"
+#include "worker/render/paths/irradiance_volume.h"
 #include "worker/render/paths/path_tracer.h"
-#include "worker/render/volume/irradiance_volume.h"
 
 namespace parallax {
 

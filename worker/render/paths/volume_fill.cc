@@ -1,4 +1,4 @@
-#include "worker/render/volume/volume_fill.h"
+#include "worker/render/paths/volume_fill.h"
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>

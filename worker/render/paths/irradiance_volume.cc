@@ -1,4 +1,4 @@
-#include "worker/render/volume/irradiance_volume.h"
+#include "worker/render/paths/irradiance_volume.h"
 
 #include <tbb/parallel_for.h>
 

@@ -56,7 +56,7 @@ TEST(OwnPairs, SetsOfPairsAreNamedByListsAndByNamesInFolders) {
               ElementsAre("alone", "mb2001", "mb2006", "mb2006"));
 
   const std::string pair = "real/alone/im0.png real/alone/im1.png real/alone/disp0GT.pfm\n";
-  tree.Text("pairs.txt", pair + "group: hall\n" + pair + "group:\"the kitchen\"\n" + pair +
+  tree.Text("pairs.txt", pair + "group: hall\n" + pair + "group: \"the kitchen\"\n" + pair +
                              "group: 'bath room'\n" + pair + "group:\n" + pair);
   const auto listed = OpenBenchmark("list:" + tree.dir() + "/pairs.txt", "");
   EXPECT_THAT(groups(listed), ElementsAre("", "hall", "the_kitchen", "bath_room", ""));

@@ -16,7 +16,8 @@ constexpr int kDirections = 4;               // Records of a look.
 constexpr int64_t kLooksTogether = PathTracer::kTogether / kDirections;
 // Shares of all looks after which the volume is renewed; the first run without it.
 constexpr double kRenewals[] = {0.1, 0.25, 0.5, 1.0};
-constexpr int kFirstBounces = 3;
+// Light that was scattered often is in the first records too: all count alike in the end.
+constexpr int kFirstBounces = 32;
 constexpr float kSpread = 0.3f;                  // Of the cones of a record's rays, radians.
 constexpr float kBrightestOverTypical = 64;      // Rare light above this multiple is cut.
 constexpr uint32_t kLookPass = 6, kRayPass = 7;  // SampleStream.pass.

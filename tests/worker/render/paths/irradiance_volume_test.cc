@@ -187,10 +187,13 @@ TestScene Swarm() {
 
 TEST(IrradianceVolume, GivesTheLightOfOpenLandThatPathsGive) {
   const Lit lit(Swarm(), SmallFill(20000, 0.1f));
+  constexpr int kSamples = 20000;
   double rays = 0, rays_without = 0;
-  const Vec3f with = lit.Mean(20000, true, &rays), without = lit.Mean(20000, false, &rays_without);
+  const Vec3f with = lit.Mean(kSamples, true, &rays);
+  const Vec3f without = lit.Mean(kSamples, false, &rays_without);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(with[c] / without[c], 1, 0.03) << "channel " << c;
-  EXPECT_LT(rays, 0.5 * rays_without);
+  EXPECT_LT(rays, 2.0 * kSamples);  // One from the eye and one to the sun, less what sees sky.
+  EXPECT_LT(rays, 0.8 * rays_without);
 }
 
 TEST(IrradianceVolume, DoesNotDependOnTheNumberOfThreads) {

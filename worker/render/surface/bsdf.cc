@@ -251,24 +251,26 @@ BsdfValue8 Bsdf8::EvaluateThinPassage(const Vec3x8& i) const {
 }
 
 AmbientParts8 Bsdf8::Ambient() const {
-  const KeptEnergy8 kept = gloss_energy_.At(o_.z);
+  const KeptEnergy8 kept = gloss_energy_.At(o_.z), mean = gloss_energy_.Mean();
   // Light from all sides passes coat and sheen about as at its mean cosine, mirrored light as o's.
   const Float8 passed = transmitted_o_ * Transmitted(Splat(2.0f / 3));
   const Float8 mirrored = transmitted_o_ * transmitted_o_;
-  const Float8 below_gloss = passed * (1.0f - kept_o_plastic_) *
-                             (1.0f - gloss_energy_.Mean().At(plastic_f0_, plastic_f90_));
+  const Float8 below_gloss =
+      passed * (1.0f - kept_o_plastic_) * (1.0f - mean.At(plastic_f0_, plastic_f90_));
   AmbientParts8 parts{diffuse_ * below_gloss, through_ * below_gloss,
                       Vec3x8::All(mirrored * plastic_ * kept_o_plastic_)};
   if (any_metal_) {
-    const auto metal = [&](Float8 f0) {
-      return metal_ * (mirrored * kept.At(f0, Splat(1)) + passed * (1.0f - kept_o_white_) * f0);
-    };
-    const Vec3x8 by_metal(metal(metal_f0_.x), metal(metal_f0_.y), metal(metal_f0_.z));
-    parts.gloss = parts.gloss + by_metal;
+    const Float8 metal = mirrored * metal_;
+    const auto gloss = [&](Float8 f0) { return metal * kept.At(f0, Splat(1)); };
+    parts.gloss = parts.gloss + Vec3x8{gloss(metal_f0_.x), gloss(metal_f0_.y), gloss(metal_f0_.z)};
+    parts.above =
+        parts.above + multiple_ * (passed * (1.0f - kept_o_white_) * (1.0f - mean.White()));
   }
   if (any_sheen_) parts.above = parts.above + sheen_ * SheenEnergy(o_.z) * CoatLeft(o_.z);
-  if (any_coat_)
-    parts.gloss = parts.gloss + coat_ * coat_energy_.At(o_.z).At(Splat(kCoatF0), Splat(1));
+  if (any_coat_) {
+    const Float8 coat = coat_ * coat_energy_.At(o_.z).At(Splat(kCoatF0), Splat(1));
+    parts.gloss = parts.gloss + coat;
+  }
   return parts;
 }
 

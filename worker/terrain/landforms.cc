@@ -8,24 +8,25 @@ namespace {
 
 float Draw(Rng& rng, double low, double high) { return static_cast<float>(rng.Uniform(low, high)); }
 
+struct Range {
+  double low, high;
+};
+
+// A term with a wavelength, an amplitude and a seed, drawn in this order.
+TerrainTerm Term(Rng& rng, TermKind kind, Range wavelength_m, Range amplitude_m, int octaves) {
+  return {.kind = kind,
+          .wavelength_m = Draw(rng, wavelength_m.low, wavelength_m.high),
+          .amplitude_m = Draw(rng, amplitude_m.low, amplitude_m.high),
+          .octaves = octaves,
+          .seed = rng.Bits32()};
+}
+
 // Wide swells with shallow valleys, some metres of relief about the walk.
 void Plain(Rng& rng, TerrainSpec& spec) {
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 2200, 4200),
-                        .amplitude_m = Draw(rng, 5, 12),
-                        .octaves = 4,
-                        .seed = rng.Bits32()});
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 160, 320),
-                        .amplitude_m = Draw(rng, 0.8, 2.2),
-                        .octaves = 3,
-                        .seed = rng.Bits32()});
+  spec.terms.push_back(Term(rng, TermKind::kHills, {2200, 4200}, {5, 12}, 4));
+  spec.terms.push_back(Term(rng, TermKind::kHills, {160, 320}, {0.8, 2.2}, 3));
   // Hills at the edge of sight.
-  spec.terms.push_back({.kind = TermKind::kBillows,
-                        .wavelength_m = Draw(rng, 7000, 12000),
-                        .amplitude_m = Draw(rng, 8, 40),
-                        .octaves = 5,
-                        .seed = rng.Bits32()});
+  spec.terms.push_back(Term(rng, TermKind::kBillows, {7000, 12000}, {8, 40}, 5));
   spec.streams = {.steps = 40, .erodibility = 0.3f, .talus = 0.4f, .diffusion = 0.5f};
   spec.rain.droplets = 60'000;
   spec.gravity.passes = 4;
@@ -34,21 +35,9 @@ void Plain(Rng& rng, TerrainSpec& spec) {
 
 // Wooded hills: slopes of 5 to 25 degrees, small valleys with a floor.
 void Hills(Rng& rng, TerrainSpec& spec) {
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 1100, 2000),
-                        .amplitude_m = Draw(rng, 16, 40),
-                        .octaves = 6,
-                        .seed = rng.Bits32()});
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 60, 110),
-                        .amplitude_m = Draw(rng, 1.2, 2.6),
-                        .octaves = 3,
-                        .seed = rng.Bits32()});
-  spec.terms.push_back({.kind = TermKind::kRidges,
-                        .wavelength_m = Draw(rng, 8000, 12000),
-                        .amplitude_m = Draw(rng, 25, 90),
-                        .octaves = 6,
-                        .seed = rng.Bits32()});
+  spec.terms.push_back(Term(rng, TermKind::kHills, {1100, 2000}, {16, 40}, 6));
+  spec.terms.push_back(Term(rng, TermKind::kHills, {60, 110}, {1.2, 2.6}, 3));
+  spec.terms.push_back(Term(rng, TermKind::kRidges, {8000, 12000}, {25, 90}, 6));
   spec.streams = {.steps = 45, .erodibility = 0.35f, .talus = 0.6f, .diffusion = 0.35f};
   spec.rain.droplets = 120'000;
   spec.gravity.passes = 10;
@@ -57,17 +46,9 @@ void Hills(Rng& rng, TerrainSpec& spec) {
 
 // A range: crests, branching valleys, cliffs over screes.
 void Mountains(Rng& rng, TerrainSpec& spec) {
-  spec.terms.push_back({.kind = TermKind::kRidges,
-                        .wavelength_m = Draw(rng, 3200, 5200),
-                        .amplitude_m = Draw(rng, 260, 480),
-                        .octaves = 3,
-                        .warp = 0.3f,
-                        .seed = rng.Bits32()});
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 280, 480),
-                        .amplitude_m = Draw(rng, 14, 30),
-                        .octaves = 5,
-                        .seed = rng.Bits32()});
+  spec.terms.push_back(Term(rng, TermKind::kRidges, {3200, 5200}, {260, 480}, 3));
+  spec.terms.back().warp = 0.3f;
+  spec.terms.push_back(Term(rng, TermKind::kHills, {280, 480}, {14, 30}, 5));
   spec.streams = {.steps = 55, .erodibility = 0.4f, .talus = 1.1f, .diffusion = 0.08f};
   spec.rain.droplets = 220'000;
   spec.gravity.passes = 30;
@@ -88,16 +69,8 @@ void River(Rng& rng, TerrainSpec& spec) {
                         .amplitude_m = relief,
                         .octaves = 5,
                         .seed = rng.Bits32()});
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 45, 90),
-                        .amplitude_m = Draw(rng, 0.5, 1.2),
-                        .octaves = 3,
-                        .seed = rng.Bits32()});
-  spec.terms.push_back({.kind = TermKind::kRidges,
-                        .wavelength_m = Draw(rng, 6000, 10000),
-                        .amplitude_m = Draw(rng, 30, 110),
-                        .octaves = 6,
-                        .seed = rng.Bits32()});
+  spec.terms.push_back(Term(rng, TermKind::kHills, {45, 90}, {0.5, 1.2}, 3));
+  spec.terms.push_back(Term(rng, TermKind::kRidges, {6000, 10000}, {30, 110}, 6));
   WaterSpec& water = spec.water.emplace();
   water.kind = WaterKind::kRiver;
   water.direction_rad = direction;
@@ -125,21 +98,11 @@ void Coast(Rng& rng, TerrainSpec& spec) {
                         .wavelength_m = 1000,
                         .amplitude_m = Draw(rng, 4, 20),
                         .direction_rad = direction + std::numbers::pi_v<float>});
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 420, 1000),
-                        .amplitude_m = sandy ? Draw(rng, 6, 24) : Draw(rng, 16, 46),
-                        .octaves = 5,
-                        .seed = rng.Bits32()});
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 20, 36),
-                        .amplitude_m = sandy ? Draw(rng, 0.9, 1.9) : Draw(rng, 0.5, 1.2),
-                        .octaves = 3,
-                        .seed = rng.Bits32()});
-  spec.terms.push_back({.kind = TermKind::kRidges,
-                        .wavelength_m = Draw(rng, 5000, 8000),
-                        .amplitude_m = Draw(rng, 20, 80),
-                        .octaves = 6,
-                        .seed = rng.Bits32()});
+  spec.terms.push_back(
+      Term(rng, TermKind::kHills, {420, 1000}, sandy ? Range{6, 24} : Range{16, 46}, 5));
+  spec.terms.push_back(
+      Term(rng, TermKind::kHills, {20, 36}, sandy ? Range{0.9, 1.9} : Range{0.5, 1.2}, 3));
+  spec.terms.push_back(Term(rng, TermKind::kRidges, {5000, 8000}, {20, 80}, 6));
   WaterSpec& water = spec.water.emplace();
   water.kind = WaterKind::kSea;
   water.direction_rad = direction;
@@ -160,11 +123,7 @@ void Coast(Rng& rng, TerrainSpec& spec) {
 // Low land under ice and drifted snow, which ends in a calm sea.
 void Arctic(Rng& rng, TerrainSpec& spec) {
   const float direction = Draw(rng, -3.14, 3.14);
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 350, 800),
-                        .amplitude_m = Draw(rng, 3, 11),
-                        .octaves = 5,
-                        .seed = rng.Bits32()});
+  spec.terms.push_back(Term(rng, TermKind::kHills, {350, 800}, {3, 11}, 5));
   spec.terms.push_back({.kind = TermKind::kDunes,
                         .wavelength_m = Draw(rng, 11, 20),
                         .amplitude_m = Draw(rng, 0.12, 0.3),
@@ -172,16 +131,8 @@ void Arctic(Rng& rng, TerrainSpec& spec) {
                         .sharpness = 0.75f,
                         .direction_rad = Draw(rng, -3.14, 3.14),
                         .seed = rng.Bits32()});
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 40, 90),
-                        .amplitude_m = Draw(rng, 0.5, 1.3),
-                        .octaves = 3,
-                        .seed = rng.Bits32()});
-  spec.terms.push_back({.kind = TermKind::kRidges,
-                        .wavelength_m = Draw(rng, 4500, 8000),
-                        .amplitude_m = Draw(rng, 25, 110),
-                        .octaves = 6,
-                        .seed = rng.Bits32()});
+  spec.terms.push_back(Term(rng, TermKind::kHills, {40, 90}, {0.5, 1.3}, 3));
+  spec.terms.push_back(Term(rng, TermKind::kRidges, {4500, 8000}, {25, 110}, 6));
   WaterSpec& water = spec.water.emplace();
   water.kind = WaterKind::kSea;
   water.direction_rad = direction;
@@ -203,11 +154,7 @@ float Direction(Rng& rng) { return Draw(rng, 0, 2 * std::numbers::pi); }
 
 // Low swells that wind and rare floods left.
 void Lowland(Rng& rng, double rough_m, TerrainSpec& spec) {
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 1500, 3000),
-                        .amplitude_m = Draw(rng, 3, 9),
-                        .octaves = 4,
-                        .seed = rng.Bits32()});
+  spec.terms.push_back(Term(rng, TermKind::kHills, {1500, 3000}, {3, 9}, 4));
   spec.terms.push_back({.kind = TermKind::kHills,
                         .wavelength_m = Draw(rng, 70, 160),
                         .amplitude_m = static_cast<float>(rough_m) * Draw(rng, 0.7, 1.4),
@@ -242,17 +189,9 @@ void SandSea(Rng& rng, TerrainSpec& spec) {
 // A plain of stones below mesas.
 void StonyDesert(Rng& rng, TerrainSpec& spec) {
   Lowland(rng, 1.6, spec);
-  spec.terms.push_back({.kind = TermKind::kPlateau,
-                        .wavelength_m = Draw(rng, 900, 1700),
-                        .amplitude_m = Draw(rng, 18, 55),
-                        .octaves = 4,
-                        .sharpness = 0.9f,
-                        .seed = rng.Bits32()});
-  spec.terms.push_back({.kind = TermKind::kRidges,
-                        .wavelength_m = Draw(rng, 5000, 9000),
-                        .amplitude_m = Draw(rng, 60, 200),
-                        .octaves = 6,
-                        .seed = rng.Bits32()});
+  spec.terms.push_back(Term(rng, TermKind::kPlateau, {900, 1700}, {18, 55}, 4));
+  spec.terms.back().sharpness = 0.9f;
+  spec.terms.push_back(Term(rng, TermKind::kRidges, {5000, 9000}, {60, 200}, 6));
   spec.streams = {.steps = 35, .erodibility = 0.3f, .talus = 0.8f, .diffusion = 0.12f};
   spec.rain.droplets = 140'000;
   spec.gravity.passes = 14;
@@ -271,16 +210,8 @@ void Desert(Rng& rng, TerrainSpec& spec) {
 
 // A river's valley in bedded rock: steps, walls, screes, a floor to walk on.
 void Canyon(Rng& rng, TerrainSpec& spec) {
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 1200, 2400),
-                        .amplitude_m = Draw(rng, 8, 20),
-                        .octaves = 5,
-                        .seed = rng.Bits32()});
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 60, 120),
-                        .amplitude_m = Draw(rng, 1.0, 2.2),
-                        .octaves = 4,
-                        .seed = rng.Bits32()});
+  spec.terms.push_back(Term(rng, TermKind::kHills, {1200, 2400}, {8, 20}, 5));
+  spec.terms.push_back(Term(rng, TermKind::kHills, {60, 120}, {1.0, 2.2}, 4));
   const float depth = Draw(rng, 70, 150);
   spec.cover.push_back({.kind = TermKind::kGorge,
                         .wavelength_m = Draw(rng, 260, 480),
@@ -304,21 +235,9 @@ void Canyon(Rng& rng, TerrainSpec& spec) {
 
 // A wall of rock between two levels, with debris at its foot.
 void Cliff(Rng& rng, TerrainSpec& spec) {
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 900, 1700),
-                        .amplitude_m = Draw(rng, 8, 20),
-                        .octaves = 5,
-                        .seed = rng.Bits32()});
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 60, 120),
-                        .amplitude_m = Draw(rng, 1.2, 2.6),
-                        .octaves = 4,
-                        .seed = rng.Bits32()});
-  spec.terms.push_back({.kind = TermKind::kRidges,
-                        .wavelength_m = Draw(rng, 6000, 9000),
-                        .amplitude_m = Draw(rng, 30, 120),
-                        .octaves = 6,
-                        .seed = rng.Bits32()});
+  spec.terms.push_back(Term(rng, TermKind::kHills, {900, 1700}, {8, 20}, 5));
+  spec.terms.push_back(Term(rng, TermKind::kHills, {60, 120}, {1.2, 2.6}, 4));
+  spec.terms.push_back(Term(rng, TermKind::kRidges, {6000, 9000}, {30, 120}, 6));
   const float height = Draw(rng, 35, 85);
   spec.cover.push_back({.kind = TermKind::kScarp,
                         .wavelength_m = Draw(rng, 180, 360),
@@ -352,16 +271,8 @@ void SnowyMountains(Rng& rng, TerrainSpec& spec) {
 
 // A narrow gorge below a hill, which a roof makes a cave.
 void Cave(Rng& rng, TerrainSpec& spec) {
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 500, 900),
-                        .amplitude_m = Draw(rng, 2, 5),
-                        .octaves = 4,
-                        .seed = rng.Bits32()});
-  spec.terms.push_back({.kind = TermKind::kHills,
-                        .wavelength_m = Draw(rng, 14, 26),
-                        .amplitude_m = Draw(rng, 0.25, 0.5),
-                        .octaves = 4,
-                        .seed = rng.Bits32()});
+  spec.terms.push_back(Term(rng, TermKind::kHills, {500, 900}, {2, 5}, 4));
+  spec.terms.push_back(Term(rng, TermKind::kHills, {14, 26}, {0.25, 0.5}, 4));
   spec.cover.push_back({.kind = TermKind::kGorge,
                         .wavelength_m = Draw(rng, 50, 80),
                         .amplitude_m = Draw(rng, 17, 22),

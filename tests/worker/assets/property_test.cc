@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <set>
+#include <sstream>
 
 #include "tests/worker/assets/solid_checks.h"
 #include "worker/assets/asset.h"
@@ -114,83 +115,17 @@ TEST_P(FiftySeeds, AreClosedAndCheaperAtCoarserDetail) {
 }
 
 TEST(PaperClasses, AreAllInTheCatalogue) {
-  for (const char* name : {"ArmChair",
-                           "Balloon",
-                           "BarChair",
-                           "BasketBase",
-                           "BathroomSink",
-                           "Bathtub",
-                           "Bed",
-                           "BedFrame",
-                           "BeverageFridge",
-                           "Blanket",
-                           "Book",
-                           "BookColumn",
-                           "BookStack",
-                           "Bottle",
-                           "Bowl",
-                           "Can",
-                           "CeilingClassicLamp",
-                           "CellShelf",
-                           "Chair",
-                           "Chopsticks",
-                           "Cup",
-                           "CurvedStaircase",
-                           "DeskLamp",
-                           "Dishwasher",
-                           "FloorLamp",
-                           "FoodBag",
-                           "FoodBox",
-                           "Fork",
-                           "GlassPanelDoor",
-                           "Hardware",
-                           "Jar",
-                           "KitchenCabinet",
-                           "KitchenIsland",
-                           "KitchenSpace",
-                           "Knife",
-                           "Lamp",
-                           "LargePlantContainer",
-                           "LargeShelf",
-                           "Lid",
-                           "LiteDoor",
-                           "LouverDoor",
-                           "Mattress",
-                           "Microwave",
-                           "Monitor",
-                           "NatureShelfTrinkets",
-                           "OfficeChair",
-                           "Oven",
-                           "Pallet",
-                           "PanelDoor",
-                           "Pants",
-                           "Pillow",
-                           "PlantContainer",
-                           "Plate",
-                           "Pot",
-                           "Rug",
-                           "Shirt",
-                           "SimpleBookcase",
-                           "SimpleDesk",
-                           "SingleCabinet",
-                           "Sink",
-                           "Sofa",
-                           "SpiralStaircase",
-                           "Spoon",
-                           "StraightStaircase",
-                           "TV",
-                           "TVStand",
-                           "TableCocktail",
-                           "TableDining",
-                           "Tap",
-                           "Towel",
-                           "TriangleShelf",
-                           "UShapedStaircase",
-                           "Vase",
-                           "WallArt",
-                           "Wineglass",
-                           "Window",
-                           "Bush"}) {
+  std::istringstream names(R"(
+ArmChair Balloon BarChair BasketBase BathroomSink Bathtub Bed BedFrame BeverageFridge Blanket Book
+BookColumn BookStack Bottle Bowl Can CeilingClassicLamp CellShelf Chair Chopsticks Cup
+CurvedStaircase DeskLamp Dishwasher FloorLamp FoodBag FoodBox Fork GlassPanelDoor Hardware Jar
+KitchenCabinet KitchenIsland KitchenSpace Knife Lamp LargePlantContainer LargeShelf Lid LiteDoor
+LouverDoor Mattress Microwave Monitor NatureShelfTrinkets OfficeChair Oven Pallet PanelDoor Pants
+Pillow PlantContainer Plate Pot Rug Shirt SimpleBookcase SimpleDesk SingleCabinet Sink Sofa
+SpiralStaircase Spoon StraightStaircase TV TVStand TableCocktail TableDining Tap Towel TriangleShelf
+UShapedStaircase Vase WallArt Wineglass Window Bush
+)");
+  for (std::string name; names >> name;) {
     const AssetClass* found = FindAssetClass(name);
     ASSERT_NE(found, nullptr) << name;
     EXPECT_TRUE(found->on_by_default) << name;

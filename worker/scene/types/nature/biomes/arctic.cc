@@ -56,78 +56,22 @@ void AddFloes(LayerWriter& w, Rng& rng) {
 
 // Ice that the sea pushed up the shore, and blocks that lie on land.
 void AddShoreIce(LayerWriter& w) {
-  w.Add({.name = "pressure ice",
-         .asset = "IceBlock",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 6,
-         .each = true,
-         .per_m2 = 0.09,
-         .spacing_m = 0.8,
-         .reach_m = 420,
-         .low = 0.42,
-         .high = 2.3,
-         .broken = true,
-         .upright = 0.3,
-         .sink_m = 0.14,
-         .claim_m = 0.6,
-         .mask = {.above_water_m = {-0.4, 1.1, 0.3}, .patches_m = 26, .cover = 0.4, .soft = 0.1}});
-  w.Add({.name = "ice blocks",
-         .asset = "IceBlock",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 6,
-         .each = true,
-         .per_m2 = 0.012,
-         .spacing_m = 1.2,
-         .reach_m = 320,
-         .low = 0.36,
-         .high = 1.8,
-         .broken = true,
-         .upright = 0.3,
-         .sink_m = 0.18,
-         .claim_m = 0.6,
-         .mask = {.above_water_m = {0.4, 1e4, 0.2}, .patches_m = 55, .cover = 0.3, .soft = 0.1}});
+  AddBlocks(w, {"pressure ice", "IceBlock", 6, 0.09, 0.8, 420, 0.42, 2.3, 0.3, 0.14, 0.6},
+            {.above_water_m = {-0.4, 1.1, 0.3}, .patches_m = 26, .cover = 0.4, .soft = 0.1});
+  AddBlocks(w, {"ice blocks", "IceBlock", 6, 0.012, 1.2, 320, 0.36, 1.8, 0.3, 0.18, 0.6},
+            {.above_water_m = {0.4, 1e4, 0.2}, .patches_m = 55, .cover = 0.3, .soft = 0.1});
 }
 
 void AddArcticStones(LayerWriter& w, Rng& rng) {
-  w.Add({.name = "boulders",
-         .asset = "Boulder",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 6,
-         .each = true,
-         .per_m2 = rng.Uniform(0.006, 0.03),
-         .spacing_m = 1,
-         .reach_m = 320,
-         .low = 0.4,
-         .high = 2.4,
-         .broken = true,
-         .upright = 0.4,
-         .sink_m = 0.2,
-         .claim_m = 0.6,
-         .mask = {.above_water_m = {0.2, 1e4, 0.2}, .patches_m = 42, .cover = 0.35, .soft = 0.12}});
-  w.Add({.name = "stones",
-         .asset = "Boulder",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 6,
-         .per_m2 = 5,
-         .reach_m = 80,
-         .low = 0.05,
-         .high = 0.42,
-         .broken = true,
-         .upright = 0.2,
-         .sink_m = 0.12,
-         .mask = {.above_water_m = {0.1, 1e4, 0.15}, .patches_m = 15, .cover = 0.3, .soft = 0.12}});
-  w.Add({.name = "broken ice",
-         .asset = "IceBlock",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 6,
-         .per_m2 = 6,
-         .reach_m = 70,
-         .low = 0.05,
-         .high = 0.38,
-         .broken = true,
-         .upright = 0.2,
-         .sink_m = 0.1,
-         .mask = {.above_water_m = {0.02, 1.6, 0.3}, .patches_m = 9, .cover = 0.45, .soft = 0.15}});
+  AddBlocks(w,
+            {"boulders", "Boulder", 6, rng.Uniform(0.006, 0.03), 1, 320, 0.4, 2.4, 0.4, 0.2, 0.6},
+            {.above_water_m = {0.2, 1e4, 0.2}, .patches_m = 42, .cover = 0.35, .soft = 0.12});
+  AddCover(w, {"stones", "Boulder", 6, 5, 80, 0.05, 0.42, 0.2, 0.12},
+           {.above_water_m = {0.1, 1e4, 0.15}, .patches_m = 15, .cover = 0.3, .soft = 0.12},
+           Matter::kBrokenRock);
+  AddCover(w, {"broken ice", "IceBlock", 6, 6, 70, 0.05, 0.38, 0.2, 0.1},
+           {.above_water_m = {0.02, 1.6, 0.3}, .patches_m = 9, .cover = 0.45, .soft = 0.15},
+           Matter::kBrokenRock);
 }
 
 void WriteArctic(BiomeDraft& draft) {

@@ -8,19 +8,8 @@ std::vector<std::string> CanyonGround(const std::string&) {
 }
 
 void AddFormation(LayerWriter& w, const char* name, const char* asset, double per_m2) {
-  w.Add({.name = name,
-         .asset = asset,
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 2,
-         .each = true,
-         .per_m2 = per_m2,
-         .spacing_m = 9,
-         .reach_m = 700,
-         .low = 0.5,
-         .high = 2.2,
-         .sink_m = 0.9,
-         .claim_m = 3,
-         .mask = {.slope = {0, 0.9, 0.2}, .patches_m = 90, .cover = 0.35, .soft = 0.15}});
+  AddBlocks(w, {name, asset, 2, per_m2, 9, 700, 0.5, 2.2, 1, 0.9, 3, false},
+            {.slope = {0, 0.9, 0.2}, .patches_m = 90, .cover = 0.35, .soft = 0.15});
 }
 
 constexpr MaskSpec::Range kFirmFloor = {0, 0.55, 0.2};  // Slope.
@@ -36,88 +25,28 @@ void AddCanyonTrees(LayerWriter& w, Rng& rng) {
 }
 
 void AddCanyonBushes(LayerWriter& w, Rng& rng) {
-  w.Add({.name = "bushes",
-         .asset = "Shrub",
-         .shapes = 5,
-         .each = true,
-         .per_m2 = 0.03,
-         .spacing_m = 1.6,
-         .reach_m = 300,
-         .low = 0.3,
-         .high = 1.0,
-         .sink_m = 0.03,
-         .claim_m = 0.4,
-         .crown_m = 0.6,
-         .mask = {
-             .slope = kFirmFloor, .patches_m = 28, .cover = rng.Uniform(0.3, 0.6), .soft = 0.12}});
-  w.Add({.name = "dry bushes",
-         .asset = "DryBush",
-         .shapes = 4,
-         .each = true,
-         .per_m2 = 0.025,
-         .spacing_m = 1.4,
-         .reach_m = 240,
-         .low = 0.25,
-         .high = 0.8,
-         .sink_m = 0.03,
-         .claim_m = 0.4,
-         .mask = {.slope = kFirmFloor, .patches_m = 22, .cover = 0.45, .soft = 0.12}});
+  AddPlant(w, {"bushes", "Shrub", 5, 0.03, 1.6, 300, 0.3, 1.0, 0.03, 0.4, 0.6},
+           {.slope = kFirmFloor, .patches_m = 28, .cover = rng.Uniform(0.3, 0.6), .soft = 0.12});
+  AddPlant(w, {"dry bushes", "DryBush", 4, 0.025, 1.4, 240, 0.25, 0.8, 0.03, 0.4},
+           {.slope = kFirmFloor, .patches_m = 22, .cover = 0.45, .soft = 0.12});
 }
 
 void AddSucculents(LayerWriter& w, Rng& rng) {
   if (rng.Bernoulli(0.6)) {
-    w.Add({.name = "prickly pears",
-           .asset = "PricklyPear",
-           .shapes = 4,
-           .each = true,
-           .per_m2 = 0.012,
-           .spacing_m = 1.6,
-           .reach_m = 160,
-           .low = 0.7,
-           .high = 1.6,
-           .sink_m = 0.03,
-           .claim_m = 0.6,
-           .mask = {.slope = kFirmFloor, .patches_m = 19, .cover = 0.35, .soft = 0.12}});
+    AddPlant(w, {"prickly pears", "PricklyPear", 4, 0.012, 1.6, 160, 0.7, 1.6, 0.03, 0.6},
+             {.slope = kFirmFloor, .patches_m = 19, .cover = 0.35, .soft = 0.12});
   }
   if (rng.Bernoulli(0.5)) {
-    w.Add({.name = "agaves",
-           .asset = "Agave",
-           .shapes = 4,
-           .each = true,
-           .per_m2 = 0.012,
-           .spacing_m = 1.5,
-           .reach_m = 160,
-           .low = 0.6,
-           .high = 1.2,
-           .sink_m = 0.03,
-           .claim_m = 0.6,
-           .mask = {.slope = kFirmFloor, .patches_m = 24, .cover = 0.35, .soft = 0.12}});
+    AddPlant(w, {"agaves", "Agave", 4, 0.012, 1.5, 160, 0.6, 1.2, 0.03, 0.6},
+             {.slope = kFirmFloor, .patches_m = 24, .cover = 0.35, .soft = 0.12});
   }
 }
 
 void AddCanyonGrass(LayerWriter& w) {
-  w.Add({.name = "tussocks",
-         .asset = "Tussock",
-         .shapes = 5,
-         .per_m2 = 0.3,
-         .spacing_m = 0.7,
-         .reach_m = 90,
-         .low = 0.35,
-         .high = 0.9,
-         .upright = 0.6,
-         .sink_m = 0.02,
-         .claim_m = 0.25,
-         .mask = {.slope = kFirmFloor, .patches_m = 14, .cover = 0.5, .soft = 0.12}});
-  w.Add({.name = "grass",
-         .asset = "GrassTuft",
-         .shapes = 6,
-         .per_m2 = 3,
-         .reach_m = 34,
-         .low = 0.4,
-         .high = 0.9,
-         .upright = 0.5,
-         .sink_m = 0.006,
-         .mask = {.slope = kFirmFloor, .patches_m = 5, .cover = 0.35, .soft = 0.15}});
+  AddCover(w, {"tussocks", "Tussock", 5, 0.3, 90, 0.35, 0.9, 0.6, 0.02, 0.7, 0, 0.25},
+           {.slope = kFirmFloor, .patches_m = 14, .cover = 0.5, .soft = 0.12});
+  AddCover(w, {"grass", "GrassTuft", 6, 3, 34, 0.4, 0.9, 0.5, 0.006},
+           {.slope = kFirmFloor, .patches_m = 5, .cover = 0.35, .soft = 0.15});
 }
 
 void WriteCanyon(BiomeDraft& draft) {
@@ -135,25 +64,10 @@ void WriteCanyon(BiomeDraft& draft) {
   AddCanyonBushes(w, rng);
   AddSucculents(w, rng);
   AddCanyonGrass(w);
-  w.Add({.name = "pebbles",
-         .asset = "Pebbles",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 8,
-         .per_m2 = 5,
-         .reach_m = 28,
-         .low = 0.8,
-         .high = 2.6,
-         .upright = 0.1,
-         .sink_m = 0.008,
-         .mask = {.slope = {0, 0.7, 0.2}, .patches_m = 8, .cover = 0.5, .soft = 0.2}});
-  w.Add({.name = "twigs",
-         .asset = "Twigs",
-         .shapes = 4,
-         .per_m2 = 0.3,
-         .reach_m = 24,
-         .upright = 0.05,
-         .sink_m = 0,
-         .mask = {.slope = {0, 0.5, 0.2}, .patches_m = 8, .cover = 0.4, .soft = 0.15}});
+  AddCover(w, {"pebbles", "Pebbles", 8, 5, 28, 0.8, 2.6, 0.1, 0.008},
+           {.slope = {0, 0.7, 0.2}, .patches_m = 8, .cover = 0.5, .soft = 0.2}, Matter::kStones);
+  AddCover(w, {"twigs", "Twigs", 4, 0.3, 24, 0.7, 1.3, 0.05, 0},
+           {.slope = {0, 0.5, 0.2}, .patches_m = 8, .cover = 0.4, .soft = 0.15});
 }
 
 }  // namespace

@@ -35,32 +35,14 @@ void AddRoof(const TerrainSpec& spec, Rng& rng, v1::Terrain& recipe) {
 
 // Standing on the floor.
 void AddStalagmites(LayerWriter& w, Rng& rng) {
-  w.Add({.name = "columns",
-         .asset = "DripstoneColumn",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 4,
-         .each = true,
-         .per_m2 = rng.Uniform(0.006, 0.018),
-         .spacing_m = 2.2,
-         .reach_m = 90,
-         .low = 1.15,
-         .high = 1.7,
-         .sink_m = 0.3,
-         .claim_m = 0.7,
-         .mask = {.slope = kWalkable, .patches_m = 13, .cover = 0.55, .soft = 0.15}});
-  w.Add({.name = "stalagmites",
-         .asset = "Stalagmites",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 6,
-         .each = true,
-         .per_m2 = rng.Uniform(0.05, 0.14),
-         .spacing_m = 0.9,
-         .reach_m = 90,
-         .low = 0.5,
-         .high = 1.7,
-         .sink_m = 0.08,
-         .claim_m = 0.5,
-         .mask = {.slope = {0, 0.9, 0.2}, .patches_m = 8, .cover = 0.5, .soft = 0.15}});
+  AddBlocks(w,
+            {"columns", "DripstoneColumn", 4, rng.Uniform(0.006, 0.018), 2.2, 90, 1.15, 1.7, 1, 0.3,
+             0.7, false},
+            {.slope = kWalkable, .patches_m = 13, .cover = 0.55, .soft = 0.15});
+  AddBlocks(w,
+            {"stalagmites", "Stalagmites", 6, rng.Uniform(0.05, 0.14), 0.9, 90, 0.5, 1.7, 1, 0.08,
+             0.5, false},
+            {.slope = {0, 0.9, 0.2}, .patches_m = 8, .cover = 0.5, .soft = 0.15});
 }
 
 // Hanging from the roof.
@@ -96,63 +78,25 @@ void AddStalactites(LayerWriter& w, Rng& rng) {
 
 void AddCaveStones(LayerWriter& w, Rng& rng, const MaskSpec::Range& below) {
   AddRubble(w, rng.Uniform(0.5, 1.0), {.slope = {0, 0.8, 0.2}, .height_m = below});
-  w.Add({.name = "pebbles",
-         .asset = "Pebbles",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 8,
-         .per_m2 = 5,
-         .reach_m = 26,
-         .low = 0.8,
-         .high = 2.4,
-         .upright = 0.1,
-         .sink_m = 0.008,
-         .mask = {.height_m = below, .patches_m = 6, .cover = 0.5, .soft = 0.2}});
+  AddCover(w, {"pebbles", "Pebbles", 8, 5, 26, 0.8, 2.4, 0.1, 0.008},
+           {.height_m = below, .patches_m = 6, .cover = 0.5, .soft = 0.2}, Matter::kStones);
 }
 
 void AddHillPlants(LayerWriter& w, const MaskSpec::Range& above) {
   const TreeKind kind{"oaks", "BroadleafTree/oak", 3.6, 0.02, 4, 300, 0.5, 1.0};
   AddTrees(w, kind,
            {.slope = kWalkable, .height_m = above, .patches_m = 40, .cover = 0.5, .soft = 0.1});
-  w.Add(
-      {.name = "bushes",
-       .asset = w.bare() ? "DryBush" : "Shrub",
-       .shapes = 4,
-       .each = true,
-       .per_m2 = 0.08,
-       .spacing_m = 1.2,
-       .reach_m = 160,
-       .low = 0.4,
-       .high = 1.2,
-       .sink_m = 0.04,
-       .claim_m = 0.35,
-       .crown_m = 0.6,
-       .mask = {
-           .slope = {0, 0.9, 0.2}, .height_m = above, .patches_m = 12, .cover = 0.6, .soft = 0.1}});
+  AddPlant(w,
+           {"bushes", w.bare() ? "DryBush" : "Shrub", 4, 0.08, 1.2, 160, 0.4, 1.2, 0.04, 0.35, 0.6},
+           {.slope = {0, 0.9, 0.2}, .height_m = above, .patches_m = 12, .cover = 0.6, .soft = 0.1});
 }
 
 // Plants in the light of the skylights.
 void AddSkylightPlants(LayerWriter& w, const MaskSpec::Range& below) {
-  w.Add({.name = "ferns",
-         .asset = "FernPlant",
-         .shapes = 5,
-         .per_m2 = 0.5,
-         .spacing_m = 0.35,
-         .reach_m = 50,
-         .low = 0.35,
-         .high = 0.9,
-         .upright = 0.7,
-         .sink_m = 0.01,
-         .mask = {.slope = {0, 1.0, 0.3}, .patches_m = 9, .cover = 0.15, .soft = 0.08}});
-  w.Add({.name = "mushrooms",
-         .asset = "Mushrooms",
-         .shapes = 5,
-         .per_m2 = 0.3,
-         .reach_m = 16,
-         .low = 0.7,
-         .high = 1.5,
-         .sink_m = 0.004,
-         .mask = {
-             .slope = kWalkable, .height_m = below, .patches_m = 5, .cover = 0.25, .soft = 0.05}});
+  AddCover(w, {"ferns", "FernPlant", 5, 0.5, 50, 0.35, 0.9, 0.7, 0.01, 0.35},
+           {.slope = {0, 1.0, 0.3}, .patches_m = 9, .cover = 0.15, .soft = 0.08});
+  AddCover(w, {"mushrooms", "Mushrooms", 5, 0.3, 16, 0.7, 1.5, 1, 0.004},
+           {.slope = kWalkable, .height_m = below, .patches_m = 5, .cover = 0.25, .soft = 0.05});
 }
 
 void WriteCave(BiomeDraft& draft) {

@@ -14,34 +14,10 @@ constexpr MaskSpec::Range kScree = {0.5, 1e4, 0.5};  // Deposit, metres.
 void AddFormations(LayerWriter& w, Rng& rng) {
   const MaskSpec below = {.slope = {0, 0.85, 0.15}, .patches_m = 70, .cover = 0.45, .soft = 0.15};
   if (rng.Bernoulli(0.6)) {
-    w.Add({.name = "stacks",
-           .asset = "RockPillar",
-           .role = v1::OBJECT_ROLE_ROCK,
-           .shapes = 2,
-           .each = true,
-           .per_m2 = 0.0002,
-           .spacing_m = 9,
-           .reach_m = 600,
-           .low = 0.5,
-           .high = 2.4,
-           .sink_m = 0.9,
-           .claim_m = 2.4,
-           .mask = below});
+    AddBlocks(w, {"stacks", "RockPillar", 2, 0.0002, 9, 600, 0.5, 2.4, 1, 0.9, 2.4, false}, below);
   }
   if (rng.Bernoulli(0.4)) {
-    w.Add({.name = "arches",
-           .asset = "RockArch",
-           .role = v1::OBJECT_ROLE_ROCK,
-           .shapes = 2,
-           .each = true,
-           .per_m2 = 0.00006,
-           .spacing_m = 11,
-           .reach_m = 600,
-           .low = 0.7,
-           .high = 1.8,
-           .sink_m = 0.9,
-           .claim_m = 4,
-           .mask = below});
+    AddBlocks(w, {"arches", "RockArch", 2, 0.00006, 11, 600, 0.7, 1.8, 1, 0.9, 4, false}, below);
   }
 }
 
@@ -62,69 +38,25 @@ void AddCliffTrees(LayerWriter& w, Rng& rng) {
 }
 
 void AddCliffBushes(LayerWriter& w, Rng& rng) {
-  w.Add(
-      {.name = "bushes",
-       .asset = w.bare() ? "DryBush" : "Shrub",
-       .shapes = 4,
-       .each = true,
-       .per_m2 = 0.04,
-       .spacing_m = 1.3,
-       .reach_m = 260,
-       .low = 0.3,
-       .high = 1.1,
-       .sink_m = 0.04,
-       .claim_m = 0.35,
-       .crown_m = 0.6,
-       .mask = {
-           .slope = kFirmLedge, .patches_m = 24, .cover = rng.Uniform(0.15, 0.45), .soft = 0.08}});
-  w.Add({.name = "tussocks",
-         .asset = "Tussock",
-         .shapes = 4,
-         .per_m2 = rng.Uniform(0.4, 1.4),
-         .spacing_m = 0.45,
-         .reach_m = 80,
-         .low = 0.4,
-         .high = 1.0,
-         .upright = 0.5,
-         .sink_m = 0.02,
-         .mask = {.slope = kFirmLedge, .patches_m = 12, .cover = 0.5, .soft = 0.12}});
+  AddPlant(w,
+           {"bushes", w.bare() ? "DryBush" : "Shrub", 4, 0.04, 1.3, 260, 0.3, 1.1, 0.04, 0.35, 0.6},
+           {.slope = kFirmLedge, .patches_m = 24, .cover = rng.Uniform(0.15, 0.45), .soft = 0.08});
+  AddCover(w, {"tussocks", "Tussock", 4, rng.Uniform(0.4, 1.4), 80, 0.4, 1.0, 0.5, 0.02, 0.45},
+           {.slope = kFirmLedge, .patches_m = 12, .cover = 0.5, .soft = 0.12});
 }
 
 void AddCliffMeadow(LayerWriter& w, Rng& rng) {
-  w.Add({.name = "meadow",
-         .asset = "GrassClump",
-         .shapes = 5,
-         .per_m2 = 3,
-         .reach_m = 110,
-         .low = 0.5,
-         .high = 1.0,
-         .upright = 0.3,
-         .sink_m = 0.015,
-         .mask = {.slope = {0, 0.6, 0.15},
-                  .deposit_m = {-1, 0.9, 0.5},
-                  .patches_m = 8,
-                  .cover = 0.65,
-                  .soft = 0.15}});
-  w.Add({.name = "grass",
-         .asset = "GrassTuft",
-         .shapes = 6,
-         .per_m2 = 20,
-         .reach_m = 34,
-         .low = 0.4,
-         .high = 1.0,
-         .upright = 0.4,
-         .sink_m = 0.006,
-         .mask = {.slope = kFirmLedge, .patches_m = 3, .cover = 0.65, .soft = 0.2}});
+  AddCover(w, {"meadow", "GrassClump", 5, 3, 110, 0.5, 1.0, 0.3, 0.015},
+           {.slope = {0, 0.6, 0.15},
+            .deposit_m = {-1, 0.9, 0.5},
+            .patches_m = 8,
+            .cover = 0.65,
+            .soft = 0.15});
+  AddCover(w, {"grass", "GrassTuft", 6, 20, 34, 0.4, 1.0, 0.4, 0.006},
+           {.slope = kFirmLedge, .patches_m = 3, .cover = 0.65, .soft = 0.2});
   if (w.draft().season != "spring" && w.draft().season != "summer") return;
-  w.Add({.name = "flowers",
-         .asset = "FlowerPlant",
-         .shapes = 5,
-         .per_m2 = rng.Uniform(0.3, 1.4),
-         .reach_m = 40,
-         .low = 0.5,
-         .high = 1.0,
-         .sink_m = 0.004,
-         .mask = {.slope = kWalkable, .patches_m = 7, .cover = 0.3, .soft = 0.1}});
+  AddCover(w, {"flowers", "FlowerPlant", 5, rng.Uniform(0.3, 1.4), 40, 0.5, 1.0, 1, 0.004},
+           {.slope = kWalkable, .patches_m = 7, .cover = 0.3, .soft = 0.1});
 }
 
 void WriteCliff(BiomeDraft& draft) {

@@ -36,133 +36,57 @@ void AddCoastGround(LayerWriter& w, const Beach& beach) {
 }
 
 void AddSeaStacks(LayerWriter& w, const Beach& beach) {
-  w.Add({.name = "stacks",
-         .asset = "SeaStack",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 3,
-         .each = true,
-         .per_m2 = beach.sandy ? 0.0003 : 0.001,
-         .spacing_m = 2.2,
-         .reach_m = 1200,
-         .low = 1.6,
-         .high = 6.5,
-         .sink_m = 0.35,
-         .claim_m = 1,
-         .mask = {.above_water_m = {-4, -0.5, 0.8}, .patches_m = 110, .cover = 0.35, .soft = 0.1}});
+  AddBlocks(w,
+            {"stacks", "SeaStack", 3, beach.sandy ? 0.0003 : 0.001, 2.2, 1200, 1.6, 6.5, 1, 0.35, 1,
+             false},
+            {.above_water_m = {-4, -0.5, 0.8}, .patches_m = 110, .cover = 0.35, .soft = 0.1});
 }
 
 void AddShoreRocks(LayerWriter& w, const Beach& beach) {
-  w.Add({.name = "boulders",
-         .asset = "Boulder",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 6,
-         .each = true,
-         .per_m2 = beach.sandy ? 0.012 : 0.06,
-         .spacing_m = 1,
-         .reach_m = 420,
-         .low = 0.45,
-         .high = 3,
-         .broken = true,
-         .upright = 0.4,
-         .sink_m = 0.18,
-         .claim_m = 0.7,
-         .mask = {.above_water_m = {-1.2, 0.9 * beach.foot_m, 0.5},
-                  .patches_m = 38,
-                  .cover = beach.sandy ? 0.2 : 0.6,
-                  .soft = 0.1}});
-  w.Add({.name = "stones",
-         .asset = "Boulder",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 6,
-         .per_m2 = beach.sandy ? 5.0 : 12.0,
-         .reach_m = 85,
-         .low = 0.04,
-         .high = 0.42,
-         .broken = true,
-         .upright = 0.2,
-         .sink_m = 0.12,
-         .mask = {.above_water_m = {-0.15, 0.9 * beach.foot_m, 0.3},
-                  .patches_m = 15,
-                  .cover = beach.sandy ? 0.22 : 0.8,
-                  .soft = 0.15}});
-  w.Add({.name = "pebbles",
-         .asset = "Pebbles",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 6,
-         .per_m2 = 5,
-         .reach_m = 28,
-         .low = 0.7,
-         .high = 2.2,
-         .upright = 0.1,
-         .sink_m = 0.008,
-         .mask = {.above_water_m = {0.02, 0.9 * beach.foot_m, 0.2},
-                  .patches_m = 6,
-                  .cover = beach.sandy ? 0.3 : 0.7,
-                  .soft = 0.15}});
+  AddBlocks(w,
+            {"boulders", "Boulder", 6, beach.sandy ? 0.012 : 0.06, 1, 420, 0.45, 3, 0.4, 0.18, 0.7},
+            {.above_water_m = {-1.2, 0.9 * beach.foot_m, 0.5},
+             .patches_m = 38,
+             .cover = beach.sandy ? 0.2 : 0.6,
+             .soft = 0.1});
+  AddCover(w, {"stones", "Boulder", 6, beach.sandy ? 5.0 : 12.0, 85, 0.04, 0.42, 0.2, 0.12},
+           {.above_water_m = {-0.15, 0.9 * beach.foot_m, 0.3},
+            .patches_m = 15,
+            .cover = beach.sandy ? 0.22 : 0.8,
+            .soft = 0.15},
+           Matter::kBrokenRock);
+  AddCover(w, {"pebbles", "Pebbles", 6, 5, 28, 0.7, 2.2, 0.1, 0.008},
+           {.above_water_m = {0.02, 0.9 * beach.foot_m, 0.2},
+            .patches_m = 6,
+            .cover = beach.sandy ? 0.3 : 0.7,
+            .soft = 0.15},
+           Matter::kStones);
 }
 
 // Wood and weed in lines, as high as tides and storms left them; `line_m` above the water.
 void AddDriftLines(LayerWriter& w, Rng& rng, double line_m) {
-  w.Add({.name = "driftwood",
-         .asset = "Driftwood",
-         .shapes = 5,
-         .each = true,
-         .per_m2 = rng.Uniform(0.004, 0.02),
-         .spacing_m = 1.2,
-         .reach_m = 160,
-         .low = 0.6,
-         .high = 1.8,
-         .upright = 0.1,
-         .sink_m = 0.04,
-         .claim_m = 0.4,
-         .mask = {.slope = {0, 0.5, 0.2},
-                  .above_water_m = {line_m, line_m + 1.1, 0.25},
-                  .patches_m = 18,
-                  .cover = 0.45,
-                  .soft = 0.1}});
-  w.Add({.name = "wrack",
-         .asset = "Wrack",
-         .shapes = 6,
-         .per_m2 = 1.3,
-         .spacing_m = 0.35,
-         .reach_m = 60,
-         .low = 0.6,
-         .high = 1.4,
-         .upright = 0.05,
-         .sink_m = 0.004,
-         .mask = {.above_water_m = {line_m - 0.05, line_m + 0.03, 0.05},
-                  .patches_m = 6,
-                  .cover = 0.6,
-                  .soft = 0.15}});
+  AddPlant(w,
+           {"driftwood", "Driftwood", 5, rng.Uniform(0.004, 0.02), 1.2, 160, 0.6, 1.8, 0.04, 0.4, 0,
+            0.1},
+           {.slope = {0, 0.5, 0.2},
+            .above_water_m = {line_m, line_m + 1.1, 0.25},
+            .patches_m = 18,
+            .cover = 0.45,
+            .soft = 0.1});
+  AddCover(w, {"wrack", "Wrack", 6, 1.3, 60, 0.6, 1.4, 0.05, 0.004, 0.35},
+           {.above_water_m = {line_m - 0.05, line_m + 0.03, 0.05},
+            .patches_m = 6,
+            .cover = 0.6,
+            .soft = 0.15});
 }
 
 // Small flotsam between the water and the lines.
 void AddShells(LayerWriter& w, Rng& rng, double line_m) {
-  w.Add({.name = "broken wood",
-         .asset = "Twigs",
-         .shapes = 5,
-         .per_m2 = 1.2,
-         .reach_m = 32,
-         .low = 0.6,
-         .high = 1.4,
-         .upright = 0.05,
-         .sink_m = 0.002,
-         .mask = {.above_water_m = {line_m, line_m + 0.4, 0.15},
-                  .patches_m = 5,
-                  .cover = 0.4,
-                  .soft = 0.1}});
-  w.Add(
-      {.name = "shells",
-       .asset = "Shells",
-       .shapes = 6,
-       .per_m2 = rng.Uniform(0.3, 2),
-       .reach_m = 20,
-       .low = 0.8,
-       .high = 1.5,
-       .upright = 0.05,
-       .sink_m = 0.004,
-       .mask = {
-           .above_water_m = {0.2, line_m + 0.3, 0.1}, .patches_m = 5, .cover = 0.5, .soft = 0.15}});
+  AddCover(
+      w, {"broken wood", "Twigs", 5, 1.2, 32, 0.6, 1.4, 0.05, 0.002},
+      {.above_water_m = {line_m, line_m + 0.4, 0.15}, .patches_m = 5, .cover = 0.4, .soft = 0.1});
+  AddCover(w, {"shells", "Shells", 6, rng.Uniform(0.3, 2), 20, 0.8, 1.5, 0.05, 0.004},
+           {.above_water_m = {0.2, line_m + 0.3, 0.1}, .patches_m = 5, .cover = 0.5, .soft = 0.15});
 }
 
 // Trees and bushes behind the beach.
@@ -199,49 +123,21 @@ void AddInlandBushes(LayerWriter& w, Rng& rng, const Beach& beach) {
 
 void AddDuneGrass(LayerWriter& w, Rng& rng, const Beach& beach) {
   const MaskSpec::Range above = {beach.foot_m + 0.35, 1e4, 0.4};
-  w.Add({.name = "dune grass",
-         .asset = "Tussock",
-         .shapes = 5,
-         .per_m2 = 2.6,
-         .spacing_m = 0.42,
-         .reach_m = 130,
-         .low = 0.6,
-         .high = 1.3,
-         .upright = 0.7,
-         .sink_m = 0.03,
-         .mask = {.slope = {0, 0.9, 0.2},
-                  .above_water_m = above,
-                  .patches_m = 9,
-                  .cover = rng.Uniform(0.4, 0.65),
-                  .soft = 0.12}});
-  w.Add({.name = "meadow",
-         .asset = "GrassClump",
-         .shapes = 5,
-         .per_m2 = 2.6,
-         .reach_m = 130,
-         .low = 0.6,
-         .high = 1.2,
-         .upright = 0.4,
-         .sink_m = 0.015,
-         .mask = {.slope = {0, 0.8, 0.2},
-                  .above_water_m = beach.Inland(),
-                  .patches_m = 10,
-                  .cover = beach.sandy ? 0.45 : 0.75,
-                  .soft = 0.12}});
-  w.Add({.name = "grass",
-         .asset = "GrassTuft",
-         .shapes = 6,
-         .per_m2 = beach.sandy ? 9.0 : 20.0,
-         .reach_m = 34,
-         .low = 0.5,
-         .high = 1.1,
-         .upright = 0.5,
-         .sink_m = 0.006,
-         .mask = {.slope = {0, 0.8, 0.2},
-                  .above_water_m = above,
-                  .patches_m = 4,
-                  .cover = 0.5,
-                  .soft = 0.15}});
+  AddCover(w, {"dune grass", "Tussock", 5, 2.6, 130, 0.6, 1.3, 0.7, 0.03, 0.42},
+           {.slope = {0, 0.9, 0.2},
+            .above_water_m = above,
+            .patches_m = 9,
+            .cover = rng.Uniform(0.4, 0.65),
+            .soft = 0.12});
+  AddCover(w, {"meadow", "GrassClump", 5, 2.6, 130, 0.6, 1.2, 0.4, 0.015},
+           {.slope = {0, 0.8, 0.2},
+            .above_water_m = beach.Inland(),
+            .patches_m = 10,
+            .cover = beach.sandy ? 0.45 : 0.75,
+            .soft = 0.12});
+  AddCover(
+      w, {"grass", "GrassTuft", 6, beach.sandy ? 9.0 : 20.0, 34, 0.5, 1.1, 0.5, 0.006},
+      {.slope = {0, 0.8, 0.2}, .above_water_m = above, .patches_m = 4, .cover = 0.5, .soft = 0.15});
 }
 
 void WriteCoast(BiomeDraft& draft) {

@@ -10,28 +10,6 @@ std::vector<std::string> DesertGround(const std::string&) {
 // Slopes on which sand slides, and those below.
 constexpr MaskSpec::Range kFirm = {0, 0.3, 0.15};
 
-struct DryPlant {
-  const char* name;
-  const char* asset;
-  double per_m2, spacing_m, reach_m, low, high, claim_m, crown_m;
-};
-
-void AddPlant(LayerWriter& w, const DryPlant& plant, const MaskSpec& mask) {
-  w.Add({.name = plant.name,
-         .asset = plant.asset,
-         .shapes = 5,
-         .each = true,
-         .per_m2 = plant.per_m2,
-         .spacing_m = plant.spacing_m,
-         .reach_m = plant.reach_m,
-         .low = plant.low,
-         .high = plant.high,
-         .sink_m = 0.03,
-         .claim_m = plant.claim_m,
-         .crown_m = plant.crown_m,
-         .mask = mask});
-}
-
 // Each plant has bare ground around it, whose water it drinks: large claims and spacings.
 void AddCacti(LayerWriter& w, double times, Rng& rng) {
   const auto patches = [&](double patches_m) {
@@ -39,88 +17,45 @@ void AddCacti(LayerWriter& w, double times, Rng& rng) {
         .slope = kWalkable, .patches_m = patches_m, .cover = rng.Uniform(0.25, 0.7), .soft = 0.15};
   };
   if (rng.Bernoulli(0.75)) {
-    AddPlant(w, {"column cacti", "ColumnCactus", 0.009 * times, 3.2, 420, 0.6, 1.35, 0.5, 0.7},
-             patches(60));
+    AddPlant(
+        w, {"column cacti", "ColumnCactus", 5, 0.009 * times, 3.2, 420, 0.6, 1.35, 0.03, 0.5, 0.7},
+        patches(60));
   }
   if (rng.Bernoulli(0.8)) {
-    AddPlant(w, {"prickly pears", "PricklyPear", 0.016 * times, 1.6, 200, 0.8, 1.9, 0.7, 0},
+    AddPlant(w, {"prickly pears", "PricklyPear", 5, 0.016 * times, 1.6, 200, 0.8, 1.9, 0.03, 0.7},
              patches(22));
   }
   if (rng.Bernoulli(0.7)) {
-    AddPlant(w, {"agaves", "Agave", 0.016 * times, 1.5, 180, 0.6, 1.3, 0.6, 0}, patches(26));
+    AddPlant(w, {"agaves", "Agave", 5, 0.016 * times, 1.5, 180, 0.6, 1.3, 0.03, 0.6}, patches(26));
   }
   if (rng.Bernoulli(0.7)) {
-    AddPlant(w, {"barrel cacti", "BarrelCactus", 0.012 * times, 1.2, 120, 0.6, 1.4, 0.5, 0},
+    AddPlant(w, {"barrel cacti", "BarrelCactus", 5, 0.012 * times, 1.2, 120, 0.6, 1.4, 0.03, 0.5},
              patches(18));
   }
 }
 
 void AddScrub(LayerWriter& w, double times, Rng& rng) {
-  AddPlant(w, {"dry bushes", "DryBush", 0.035 * times, 1.8, 260, 0.25, 0.85, 0.5, 0.5},
+  AddPlant(w, {"dry bushes", "DryBush", 5, 0.035 * times, 1.8, 260, 0.25, 0.85, 0.03, 0.5, 0.5},
            {.slope = kFirm, .patches_m = 33, .cover = rng.Uniform(0.25, 0.6), .soft = 0.15});
-  AddPlant(w, {"green bushes", "Shrub", 0.012 * times, 2.4, 260, 0.25, 0.7, 0.6, 0.5},
+  AddPlant(w, {"green bushes", "Shrub", 5, 0.012 * times, 2.4, 260, 0.25, 0.7, 0.03, 0.6, 0.5},
            {.slope = kFirm, .patches_m = 45, .cover = rng.Uniform(0.1, 0.45), .soft = 0.15});
-  w.Add({.name = "tussocks",
-         .asset = "Tussock",
-         .shapes = 5,
-         .per_m2 = 0.16 * times,
-         .spacing_m = 0.9,
-         .reach_m = 90,
-         .low = 0.3,
-         .high = 0.8,
-         .upright = 0.7,
-         .sink_m = 0.02,
-         .claim_m = 0.3,
-         .mask = {.slope = kFirm, .patches_m = 15, .cover = rng.Uniform(0.2, 0.5), .soft = 0.15}});
-  w.Add({.name = "grass",
-         .asset = "GrassTuft",
-         .shapes = 6,
-         .per_m2 = 0.9 * times,
-         .reach_m = 32,
-         .low = 0.35,
-         .high = 0.8,
-         .upright = 0.5,
-         .sink_m = 0.006,
-         .mask = {.slope = kFirm, .patches_m = 6, .cover = 0.25, .soft = 0.15}});
-  w.Add({.name = "twigs",
-         .asset = "Twigs",
-         .shapes = 4,
-         .per_m2 = 0.12 * times,
-         .reach_m = 24,
-         .upright = 0.05,
-         .sink_m = 0,
-         .mask = {.slope = kFirm, .patches_m = 9, .cover = 0.4, .soft = 0.15}});
+  AddCover(w, {"tussocks", "Tussock", 5, 0.16 * times, 90, 0.3, 0.8, 0.7, 0.02, 0.9, 0, 0.3},
+           {.slope = kFirm, .patches_m = 15, .cover = rng.Uniform(0.2, 0.5), .soft = 0.15});
+  AddCover(w, {"grass", "GrassTuft", 6, 0.9 * times, 32, 0.35, 0.8, 0.5, 0.006},
+           {.slope = kFirm, .patches_m = 6, .cover = 0.25, .soft = 0.15});
+  AddCover(w, {"twigs", "Twigs", 4, 0.12 * times, 24, 0.7, 1.3, 0.05, 0},
+           {.slope = kFirm, .patches_m = 9, .cover = 0.4, .soft = 0.15});
 }
 
 // Pebbles that wind laid bare, denser in patches.
 void AddPavement(LayerWriter& w, double per_m2, double cover) {
-  w.Add({.name = "pebbles",
-         .asset = "Pebbles",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 8,
-         .per_m2 = per_m2,
-         .reach_m = 30,
-         .low = 0.7,
-         .high = 2.4,
-         .upright = 0.1,
-         .sink_m = 0.008,
-         .mask = {.slope = kFirm, .patches_m = 7, .cover = cover, .soft = 0.25}});
+  AddCover(w, {"pebbles", "Pebbles", 8, per_m2, 30, 0.7, 2.4, 0.1, 0.008},
+           {.slope = kFirm, .patches_m = 7, .cover = cover, .soft = 0.25}, Matter::kStones);
 }
 
 void AddFormation(LayerWriter& w, const char* name, const char* asset, double per_m2, double high) {
-  w.Add({.name = name,
-         .asset = asset,
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 2,
-         .each = true,
-         .per_m2 = per_m2,
-         .spacing_m = 8,
-         .reach_m = 900,
-         .low = 0.5,
-         .high = high,
-         .sink_m = 0.9,
-         .claim_m = 3,
-         .mask = {.slope = {0, 0.7, 0.2}, .patches_m = 110, .cover = 0.3, .soft = 0.15}});
+  AddBlocks(w, {name, asset, 2, per_m2, 8, 900, 0.5, high, 1, 0.9, 3, false},
+            {.slope = {0, 0.7, 0.2}, .patches_m = 110, .cover = 0.3, .soft = 0.15});
 }
 
 void WriteSandSea(LayerWriter& w, Rng& rng) {
@@ -133,7 +68,7 @@ void WriteSandSea(LayerWriter& w, Rng& rng) {
   AddRubble(w, rng.Uniform(0.02, 0.12), {.slope = {0, 0.4, 0.15}});
   AddScrub(w, rng.Uniform(0.1, 0.5), rng);
   if (rng.Bernoulli(0.3)) {
-    AddPlant(w, {"palms", "Palm", 0.012, 3, 700, 0.6, 1.2, 0.4, 1.8},
+    AddPlant(w, {"palms", "Palm", 5, 0.012, 3, 700, 0.6, 1.2, 0.03, 0.4, 1.8},
              {.slope = kFirm, .patches_m = 90, .cover = 0.14, .soft = 0.1});
   }
   AddPavement(w, 2.5, 0.25);

@@ -54,190 +54,59 @@ void AddForestTrees(LayerWriter& w, Rng& rng, const ForestKind& kind) {
   second.per_m2 *= rng.Uniform(0.2, 0.6);
   AddTrees(w, kind.first, stands);
   AddTrees(w, second, {.slope = kWalkable, .patches_m = 45, .cover = 0.6, .soft = 0.15});
-  w.Add({.name = "snags",
-         .asset = "Snag",
-         .shapes = 2,
-         .each = true,
-         .per_m2 = 0.0018,
-         .spacing_m = 5,
-         .reach_m = 160,
-         .low = 0.8,
-         .high = 1.6,
-         .sink_m = 0.1,
-         .claim_m = 0.4,
-         .mask = {.slope = kWalkable}});
+  AddPlant(w, {"snags", "Snag", 2, 0.0018, 5, 160, 0.8, 1.6, 0.1, 0.4}, {.slope = kWalkable});
   AddSaplings(w, kind.first, {.slope = kWalkable, .patches_m = 21, .cover = 0.35, .soft = 0.1});
   AddSaplings(w, second, {.slope = kWalkable, .patches_m = 16, .cover = 0.35, .soft = 0.1});
 }
 
 void AddFallenWood(LayerWriter& w) {
-  w.Add({.name = "fallen trunks",
-         .asset = "FallenTrunk",
-         .shapes = 3,
-         .each = true,
-         .per_m2 = 0.0028,
-         .spacing_m = 3,
-         .reach_m = 110,
-         .low = 0.8,
-         .high = 1.6,
-         .upright = 0,
-         .sink_m = 0.05,
-         .claim_m = 0.6,
-         .mask = {.slope = kWalkable}});
-  w.Add({.name = "logs",
-         .asset = "Log",
-         .shapes = 2,
-         .each = true,
-         .per_m2 = 0.0015,
-         .spacing_m = 2,
-         .reach_m = 90,
-         .low = 0.8,
-         .high = 1.3,
-         .upright = 0,
-         .sink_m = 0.03,
-         .claim_m = 0.5,
-         .mask = {.slope = kWalkable}});
-  w.Add({.name = "stumps",
-         .asset = "Stump",
-         .shapes = 3,
-         .each = true,
-         .per_m2 = 0.003,
-         .spacing_m = 2,
-         .reach_m = 90,
-         .low = 0.8,
-         .high = 1.5,
-         .sink_m = 0.04,
-         .claim_m = 0.4,
-         .mask = {.slope = kWalkable}});
+  AddPlant(w, {"fallen trunks", "FallenTrunk", 3, 0.0028, 3, 110, 0.8, 1.6, 0.05, 0.6, 0, 0},
+           {.slope = kWalkable});
+  AddPlant(w, {"logs", "Log", 2, 0.0015, 2, 90, 0.8, 1.3, 0.03, 0.5, 0, 0}, {.slope = kWalkable});
+  AddPlant(w, {"stumps", "Stump", 3, 0.003, 2, 90, 0.8, 1.5, 0.04, 0.4}, {.slope = kWalkable});
 }
 
 void AddUndergrowth(LayerWriter& w, Rng& rng) {
-  w.Add({.name = "undergrowth",
-         .asset = w.bare() ? "DryBush" : "Shrub",
-         .shapes = 4,
-         .each = true,
-         .per_m2 = 0.06,
-         .spacing_m = 1.1,
-         .reach_m = 110,
-         .low = 0.4,
-         .high = 1.2,
-         .sink_m = 0.03,
-         .claim_m = 0.3,
-         .crown_m = 0.6,
-         .mask = {
-             .slope = kWalkable, .patches_m = 15, .cover = rng.Uniform(0.15, 0.45), .soft = 0.08}});
+  AddPlant(
+      w,
+      {"undergrowth", w.bare() ? "DryBush" : "Shrub", 4, 0.06, 1.1, 110, 0.4, 1.2, 0.03, 0.3, 0.6},
+      {.slope = kWalkable, .patches_m = 15, .cover = rng.Uniform(0.15, 0.45), .soft = 0.08});
   AddStones(w, rng.Uniform(0.001, 0.012), 0.5, {.patches_m = 30, .cover = 0.4, .soft = 0.12});
   if (w.bare()) return;
-  w.Add({.name = "ferns",
-         .asset = "FernPlant",
-         .shapes = 6,
-         .per_m2 = 1.6,
-         .spacing_m = 0.3,
-         .reach_m = 70,
-         .low = 0.5,
-         .high = 1.25,
-         .upright = 0.7,
-         .sink_m = 0.01,
-         .mask = {.slope = kWalkable,
-                  .shade = {0.3, 1, 0.2},
-                  .patches_m = 10,
-                  .cover = rng.Uniform(0.12, 0.5),
-                  .soft = 0.08}});
+  AddCover(w, {"ferns", "FernPlant", 6, 1.6, 70, 0.5, 1.25, 0.7, 0.01, 0.3},
+           {.slope = kWalkable,
+            .shade = {0.3, 1, 0.2},
+            .patches_m = 10,
+            .cover = rng.Uniform(0.12, 0.5),
+            .soft = 0.08});
 }
 
 // Grass in the light between the crowns.
 void AddForestGrass(LayerWriter& w) {
-  w.Add({.name = "grass",
-         .asset = "GrassTuft",
-         .shapes = 6,
-         .per_m2 = 18,
-         .reach_m = 40,
-         .low = 0.5,
-         .high = 1.1,
-         .upright = 0.5,
-         .sink_m = 0.006,
-         .mask = {.slope = kWalkable,
-                  .shade = {0, 0.6, 0.3},
-                  .patches_m = 4,
-                  .cover = 0.45,
-                  .soft = 0.12}});
-  w.Add({.name = "meadow",
-         .asset = "GrassClump",
-         .shapes = 4,
-         .per_m2 = 2.4,
-         .reach_m = 100,
-         .low = 0.6,
-         .high = 1.2,
-         .upright = 0.4,
-         .sink_m = 0.015,
-         .mask = {.slope = kWalkable,
-                  .shade = {0, 0.5, 0.3},
-                  .patches_m = 11,
-                  .cover = 0.4,
-                  .soft = 0.1}});
+  AddCover(
+      w, {"grass", "GrassTuft", 6, 18, 40, 0.5, 1.1, 0.5, 0.006},
+      {.slope = kWalkable, .shade = {0, 0.6, 0.3}, .patches_m = 4, .cover = 0.45, .soft = 0.12});
+  AddCover(
+      w, {"meadow", "GrassClump", 4, 2.4, 100, 0.6, 1.2, 0.4, 0.015},
+      {.slope = kWalkable, .shade = {0, 0.5, 0.3}, .patches_m = 11, .cover = 0.4, .soft = 0.1});
 }
 
 void AddFallenLeaves(LayerWriter& w, bool needles) {
-  w.Add({.name = "leaves",
-         .asset = "LeafLitter",
-         .shapes = 6,
-         .per_m2 = needles ? 4.0 : 13.0,
-         .reach_m = 55,
-         .low = 0.8,
-         .high = 1.4,
-         .upright = 0.05,
-         .sink_m = -0.002,
-         .near_parents_m = 7,
-         .mask = {.slope = kWalkable, .patches_m = 3, .cover = 0.85, .soft = 0.25}});
+  AddCover(w, {"leaves", "LeafLitter", 6, needles ? 4.0 : 13.0, 55, 0.8, 1.4, 0.05, -0.002, 0, 7},
+           {.slope = kWalkable, .patches_m = 3, .cover = 0.85, .soft = 0.25});
   if (!needles) return;
-  w.Add({.name = "needles",
-         .asset = "NeedlePatch",
-         .shapes = 5,
-         .per_m2 = 11,
-         .reach_m = 42,
-         .low = 0.8,
-         .high = 1.5,
-         .upright = 0.05,
-         .sink_m = -0.001,
-         .near_parents_m = 6,
-         .mask = {.slope = kWalkable}});
-  w.Add({.name = "cones",
-         .asset = "Cones",
-         .shapes = 4,
-         .per_m2 = 0.4,
-         .reach_m = 22,
-         .upright = 0.05,
-         .sink_m = 0.002,
-         .near_parents_m = 5,
-         .mask = {.slope = kWalkable}});
+  AddCover(w, {"needles", "NeedlePatch", 5, 11, 42, 0.8, 1.5, 0.05, -0.001, 0, 6},
+           {.slope = kWalkable});
+  AddCover(w, {"cones", "Cones", 4, 0.4, 22, 0.7, 1.3, 0.05, 0.002, 0, 5}, {.slope = kWalkable});
 }
 
 void AddForestFloor(LayerWriter& w) {
-  w.Add({.name = "twigs",
-         .asset = "Twigs",
-         .shapes = 6,
-         .per_m2 = 5,
-         .reach_m = 45,
-         .low = 0.7,
-         .high = 1.6,
-         .upright = 0.05,
-         .sink_m = 0,
-         .near_parents_m = 8,
-         .mask = {.slope = kWalkable, .patches_m = 3.5, .cover = 0.6, .soft = 0.2}});
+  AddCover(w, {"twigs", "Twigs", 6, 5, 45, 0.7, 1.6, 0.05, 0, 0, 8},
+           {.slope = kWalkable, .patches_m = 3.5, .cover = 0.6, .soft = 0.2});
   if (w.draft().season != "autumn" && w.draft().season != "summer") return;
-  w.Add({.name = "mushrooms",
-         .asset = "Mushrooms",
-         .shapes = 5,
-         .per_m2 = 0.3,
-         .reach_m = 16,
-         .low = 0.7,
-         .high = 1.5,
-         .sink_m = 0.004,
-         .mask = {.slope = kWalkable,
-                  .shade = {0.3, 1, 0.2},
-                  .patches_m = 5,
-                  .cover = 0.2,
-                  .soft = 0.05}});
+  AddCover(
+      w, {"mushrooms", "Mushrooms", 5, 0.3, 16, 0.7, 1.5, 1, 0.004},
+      {.slope = kWalkable, .shade = {0.3, 1, 0.2}, .patches_m = 5, .cover = 0.2, .soft = 0.05});
 }
 
 void WriteForest(BiomeDraft& draft) {

@@ -42,106 +42,34 @@ void AddGroves(LayerWriter& w, Rng& rng) {
 void AddThickets(LayerWriter& w, Rng& rng) {
   const MaskSpec thickets = {
       .slope = kWalkable, .patches_m = 32, .cover = rng.Uniform(0.08, 0.3), .soft = 0.07};
-  w.Add({.name = "bushes",
-         .asset = w.bare() ? "DryBush" : "Shrub",
-         .shapes = 4,
-         .each = true,
-         .per_m2 = 0.05,
-         .spacing_m = 1.5,
-         .reach_m = 260,
-         .low = 0.5,
-         .high = 1.5,
-         .sink_m = 0.04,
-         .claim_m = 0.35,
-         .crown_m = 0.8,
-         .mask = thickets});
+  AddPlant(w,
+           {"bushes", w.bare() ? "DryBush" : "Shrub", 4, 0.05, 1.5, 260, 0.5, 1.5, 0.04, 0.35, 0.8},
+           thickets);
   if (w.bare() || !rng.Bernoulli(0.5)) return;
-  w.Add({.name = "flowering bushes",
-         .asset = "FlowerBush",
-         .shapes = 2,
-         .each = true,
-         .per_m2 = 0.02,
-         .spacing_m = 1.5,
-         .reach_m = 160,
-         .low = 0.6,
-         .high = 1.2,
-         .sink_m = 0.04,
-         .claim_m = 0.35,
-         .crown_m = 0.8,
-         .mask = {.slope = kWalkable, .patches_m = 40, .cover = 0.12, .soft = 0.07}});
+  AddPlant(w, {"flowering bushes", "FlowerBush", 2, 0.02, 1.5, 160, 0.6, 1.2, 0.04, 0.35, 0.8},
+           {.slope = kWalkable, .patches_m = 40, .cover = 0.12, .soft = 0.07});
 }
 
 void AddPlainGrass(LayerWriter& w, Rng& rng) {
-  w.Add(
-      {.name = "tussocks",
-       .asset = "Tussock",
-       .shapes = 4,
-       .per_m2 = rng.Uniform(0.1, 0.5),
-       .spacing_m = 0.5,
-       .reach_m = 75,
-       .low = 0.6,
-       .high = 1.2,
-       .upright = 0.6,
-       .sink_m = 0.02,
-       .mask = {.slope = kWalkable, .shade = kOpen, .patches_m = 17, .cover = 0.45, .soft = 0.1}});
-  w.Add({.name = "meadow",
-         .asset = "GrassClump",
-         .shapes = 6,
-         .per_m2 = 3.6,
-         .reach_m = 130,
-         .low = 0.7,
-         .high = 1.35,
-         .upright = 0.35,
-         .sink_m = 0.015,
-         .mask = {.slope = kWalkable,
-                  .shade = {0, 0.85, 0.1},
-                  .patches_m = 6.5,
-                  .cover = 0.78,
-                  .soft = 0.2}});
-  w.Add({.name = "grass",
-         .asset = "GrassTuft",
-         .shapes = 8,
-         .per_m2 = 34,
-         .reach_m = 34,
-         .low = 0.5,
-         .high = 1.2,
-         .upright = 0.5,
-         .sink_m = 0.006,
-         .mask = {.slope = kWalkable, .patches_m = 2.2, .cover = 0.82, .soft = 0.25}});
+  AddCover(w, {"tussocks", "Tussock", 4, rng.Uniform(0.1, 0.5), 75, 0.6, 1.2, 0.6, 0.02, 0.5},
+           {.slope = kWalkable, .shade = kOpen, .patches_m = 17, .cover = 0.45, .soft = 0.1});
+  AddCover(
+      w, {"meadow", "GrassClump", 6, 3.6, 130, 0.7, 1.35, 0.35, 0.015},
+      {.slope = kWalkable, .shade = {0, 0.85, 0.1}, .patches_m = 6.5, .cover = 0.78, .soft = 0.2});
+  AddCover(w, {"grass", "GrassTuft", 8, 34, 34, 0.5, 1.2, 0.5, 0.006},
+           {.slope = kWalkable, .patches_m = 2.2, .cover = 0.82, .soft = 0.25});
 }
 
 void AddPlainFlowers(LayerWriter& w, Rng& rng) {
   if (w.draft().season != "spring" && w.draft().season != "summer") return;
-  w.Add({.name = "flowers",
-         .asset = "FlowerPlant",
-         .shapes = 6,
-         .per_m2 = rng.Uniform(0.6, 2.4),
-         .reach_m = 45,
-         .low = 0.7,
-         .high = 1.4,
-         .sink_m = 0.004,
-         .mask = {.slope = kWalkable, .shade = kOpen, .patches_m = 8, .cover = 0.25, .soft = 0.1}});
+  AddCover(w, {"flowers", "FlowerPlant", 6, rng.Uniform(0.6, 2.4), 45, 0.7, 1.4, 1, 0.004},
+           {.slope = kWalkable, .shade = kOpen, .patches_m = 8, .cover = 0.25, .soft = 0.1});
 }
 
 void AddPlainLitter(LayerWriter& w) {
-  w.Add({.name = "leaves",
-         .asset = "LeafLitter",
-         .shapes = 5,
-         .per_m2 = 4,
-         .reach_m = 36,
-         .upright = 0.05,
-         .sink_m = -0.002,
-         .near_parents_m = 5,
-         .mask = {.slope = kWalkable}});
-  w.Add({.name = "twigs",
-         .asset = "Twigs",
-         .shapes = 4,
-         .per_m2 = 1.2,
-         .reach_m = 24,
-         .upright = 0.05,
-         .sink_m = 0,
-         .near_parents_m = 5,
-         .mask = {.slope = kWalkable}});
+  AddCover(w, {"leaves", "LeafLitter", 5, 4, 36, 0.7, 1.3, 0.05, -0.002, 0, 5},
+           {.slope = kWalkable});
+  AddCover(w, {"twigs", "Twigs", 4, 1.2, 24, 0.7, 1.3, 0.05, 0, 0, 5}, {.slope = kWalkable});
 }
 
 void WritePlain(BiomeDraft& draft) {

@@ -2,33 +2,65 @@
 
 namespace parallax {
 
-void AddStones(LayerWriter& w, double boulders, double pebbles, const MaskSpec& mask) {
-  w.Add({.name = "boulders",
-         .asset = "Boulder",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 6,
-         .each = true,
-         .per_m2 = boulders,
-         .spacing_m = 0.9,
-         .reach_m = 320,
-         .low = 0.45,
-         .high = 2.6,
-         .broken = true,
-         .upright = 0.45,
-         .sink_m = 0.16,
-         .claim_m = 0.7,
+void AddCover(LayerWriter& w, const Cover& cover, const MaskSpec& mask, Matter matter) {
+  w.Add({.name = cover.name,
+         .asset = cover.asset,
+         .role = matter == Matter::kPlants ? v1::OBJECT_ROLE_VEGETATION : v1::OBJECT_ROLE_ROCK,
+         .shapes = cover.shapes,
+         .per_m2 = cover.per_m2,
+         .spacing_m = cover.spacing_m,
+         .reach_m = cover.reach_m,
+         .low = cover.low,
+         .high = cover.high,
+         .broken = matter == Matter::kBrokenRock,
+         .upright = cover.upright,
+         .sink_m = cover.sink_m,
+         .claim_m = cover.claim_m,
+         .near_parents_m = cover.near_parents_m,
          .mask = mask});
-  w.Add({.name = "pebbles",
-         .asset = "Pebbles",
+}
+
+void AddPlant(LayerWriter& w, const Plant& plant, const MaskSpec& mask) {
+  w.Add({.name = plant.name,
+         .asset = plant.asset,
+         .shapes = plant.shapes,
+         .each = true,
+         .per_m2 = plant.per_m2,
+         .spacing_m = plant.spacing_m,
+         .reach_m = plant.reach_m,
+         .low = plant.low,
+         .high = plant.high,
+         .upright = plant.upright,
+         .sink_m = plant.sink_m,
+         .claim_m = plant.claim_m,
+         .crown_m = plant.crown_m,
+         .snow_m = plant.snow_m,
+         .mask = mask});
+}
+
+void AddBlocks(LayerWriter& w, const Block& block, const MaskSpec& mask) {
+  w.Add({.name = block.name,
+         .asset = block.asset,
          .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 6,
-         .per_m2 = pebbles,
-         .reach_m = 26,
-         .low = 0.8,
-         .high = 2.4,
-         .upright = 0.1,
-         .sink_m = 0.008,
-         .mask = {.patches_m = 9, .cover = 0.4, .soft = 0.12}});
+         .shapes = block.shapes,
+         .each = true,
+         .per_m2 = block.per_m2,
+         .spacing_m = block.spacing_m,
+         .reach_m = block.reach_m,
+         .low = block.low,
+         .high = block.high,
+         .broken = block.broken,
+         .upright = block.upright,
+         .sink_m = block.sink_m,
+         .claim_m = block.claim_m,
+         .snow_m = block.snow_m,
+         .mask = mask});
+}
+
+void AddStones(LayerWriter& w, double boulders, double pebbles, const MaskSpec& mask) {
+  AddBlocks(w, {"boulders", "Boulder", 6, boulders, 0.9, 320, 0.45, 2.6, 0.45, 0.16, 0.7}, mask);
+  AddCover(w, {"pebbles", "Pebbles", 6, pebbles, 26, 0.8, 2.4, 0.1, 0.008},
+           {.patches_m = 9, .cover = 0.4, .soft = 0.12}, Matter::kStones);
 }
 
 namespace {
@@ -42,53 +74,16 @@ MaskSpec RubblePatches(MaskSpec where, double patches_m, double cover, double so
 
 // Rocks and slabs that a person walks round.
 void AddLargeRubble(LayerWriter& w, double times, const MaskSpec& where, double snow_m) {
-  w.Add({.name = "blocks",
-         .asset = "Boulder",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 6,
-         .each = true,
-         .per_m2 = 0.0014 * times,
-         .spacing_m = 3.2,
-         .reach_m = 500,
-         .low = 2.1,
-         .high = 5.5,
-         .broken = true,
-         .upright = 0.5,
-         .sink_m = 0.14,
-         .claim_m = 0.8,
-         .snow_m = 0.4 * snow_m,
-         .mask = RubblePatches(where, 60, 0.35)});
-  w.Add({.name = "slabs",
-         .asset = "Slab",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 4,
-         .each = true,
-         .per_m2 = 0.01 * times,
-         .spacing_m = 1.2,
-         .reach_m = 170,
-         .low = 0.6,
-         .high = 2.6,
-         .broken = true,
-         .upright = 0.1,
-         .sink_m = 0.08,
-         .claim_m = 0.6,
-         .snow_m = snow_m,
-         .mask = RubblePatches(where, 24, 0.4)});
-  w.Add({.name = "rock piles",
-         .asset = "RockPile",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 3,
-         .each = true,
-         .per_m2 = 0.004 * times,
-         .spacing_m = 2,
-         .reach_m = 150,
-         .low = 0.6,
-         .high = 1.7,
-         .upright = 0.2,
-         .sink_m = 0.12,
-         .claim_m = 0.7,
-         .snow_m = snow_m,
-         .mask = RubblePatches(where, 28, 0.35)});
+  AddBlocks(w,
+            {"blocks", "Boulder", 6, 0.0014 * times, 3.2, 500, 2.1, 5.5, 0.5, 0.14, 0.8, true,
+             0.4 * snow_m},
+            RubblePatches(where, 60, 0.35));
+  AddBlocks(w, {"slabs", "Slab", 4, 0.01 * times, 1.2, 170, 0.6, 2.6, 0.1, 0.08, 0.6, true, snow_m},
+            RubblePatches(where, 24, 0.4));
+  AddBlocks(
+      w,
+      {"rock piles", "RockPile", 3, 0.004 * times, 2, 150, 0.6, 1.7, 0.2, 0.12, 0.7, false, snow_m},
+      RubblePatches(where, 28, 0.35));
 }
 
 void AddSmallRubble(LayerWriter& w, double times, const MaskSpec& where, double snow_m) {
@@ -114,18 +109,8 @@ void AddSmallRubble(LayerWriter& w, double times, const MaskSpec& where, double 
          .claim_m = 0.3,
          .snow_m = snow_m,
          .mask = of_rubble});
-  w.Add({.name = "stones",
-         .asset = "Boulder",
-         .role = v1::OBJECT_ROLE_ROCK,
-         .shapes = 6,
-         .per_m2 = 12 * times,
-         .reach_m = 70,
-         .low = 0.05,
-         .high = 0.4,
-         .broken = true,
-         .upright = 0.2,
-         .sink_m = 0.12,
-         .mask = of_stones});
+  AddCover(w, {"stones", "Boulder", 6, 12 * times, 70, 0.05, 0.4, 0.2, 0.12}, of_stones,
+           Matter::kBrokenRock);
 }
 
 }  // namespace

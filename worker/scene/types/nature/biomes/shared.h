@@ -13,6 +13,38 @@ inline constexpr MaskSpec::Range kWalkable = {0, 0.6, 0.2}, kSteep = {0.75, 99, 
 // Slopes on which broken rock stays: up to its angle of repose, 36 degrees.
 inline constexpr MaskSpec::Range kLoose = {0, 0.72, 0.12};
 
+// What covers the ground in numbers and has no index of its own: grass, herbs, litter, small
+// stones. The fields are those of LayerSpec.
+struct Cover {
+  std::string name, asset;
+  uint32_t shapes;
+  double per_m2, reach_m, low, high, upright, sink_m;
+  double spacing_m = 0, near_parents_m = 0, claim_m = 0;
+};
+// kBrokenRock: stones whose sizes are those of broken rock.
+enum class Matter { kPlants, kStones, kBrokenRock };
+void AddCover(LayerWriter& w, const Cover& cover, const MaskSpec& mask,
+              Matter matter = Matter::kPlants);
+
+// Plants that have an index each.
+struct Plant {
+  std::string name, asset;
+  uint32_t shapes;
+  double per_m2, spacing_m, reach_m, low, high, sink_m, claim_m;
+  double crown_m = 0, upright = 1, snow_m = 0;
+};
+void AddPlant(LayerWriter& w, const Plant& plant, const MaskSpec& mask);
+
+// Rocks and blocks of ice that have an index each.
+struct Block {
+  std::string name, asset;
+  uint32_t shapes;
+  double per_m2, spacing_m, reach_m, low, high, upright, sink_m, claim_m;
+  bool broken = true;
+  double snow_m = 0;
+};
+void AddBlocks(LayerWriter& w, const Block& block, const MaskSpec& mask);
+
 // Adds boulders and pebbles; both numbers are per square metre. `mask`: where boulders lie.
 void AddStones(LayerWriter& w, double boulders, double pebbles, const MaskSpec& mask);
 

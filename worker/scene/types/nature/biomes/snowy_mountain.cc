@@ -33,62 +33,18 @@ void AddSnowyTrees(LayerWriter& w, Rng& rng, const MaskSpec::Range& below_trees)
   AddSaplings(
       w, kind,
       {.slope = kFirmSnow, .height_m = below_trees, .patches_m = 35, .cover = 0.4, .soft = 0.1});
-  w.Add({.name = "snags",
-         .asset = "Snag",
-         .shapes = 2,
-         .each = true,
-         .per_m2 = 0.0008,
-         .spacing_m = 5,
-         .reach_m = 160,
-         .low = 0.7,
-         .high = 1.2,
-         .sink_m = 0.1,
-         .claim_m = 0.4,
-         .snow_m = 0.06,
-         .mask = {.slope = kWalkable, .height_m = below_trees}});
+  AddPlant(w, {"snags", "Snag", 2, 0.0008, 5, 160, 0.7, 1.2, 0.1, 0.4, 0, 1, 0.06},
+           {.slope = kWalkable, .height_m = below_trees});
 }
 
 // Plants that reach out of the snow, and what fell on it.
 void AddSnowyPlants(LayerWriter& w, const MaskSpec::Range& below_trees) {
-  w.Add({.name = "bushes",
-         .asset = "DryBush",
-         .shapes = 4,
-         .each = true,
-         .per_m2 = 0.02,
-         .spacing_m = 1.4,
-         .reach_m = 160,
-         .low = 0.3,
-         .high = 0.9,
-         .sink_m = 0.05,
-         .claim_m = 0.3,
-         .snow_m = 0.03,
-         .mask = {.slope = kFirmSnow,
-                  .height_m = below_trees,
-                  .patches_m = 25,
-                  .cover = 0.35,
-                  .soft = 0.1}});
-  w.Add({.name = "tussocks",
-         .asset = "Tussock",
-         .shapes = 4,
-         .per_m2 = 0.1,
-         .spacing_m = 0.5,
-         .reach_m = 70,
-         .low = 0.4,
-         .high = 0.9,
-         .upright = 0.7,
-         .sink_m = 0.12,
-         .mask = {.slope = kFirmSnow, .patches_m = 12, .cover = 0.3, .soft = 0.12}});
-  w.Add({.name = "twigs",
-         .asset = "Twigs",
-         .shapes = 4,
-         .per_m2 = 0.7,
-         .reach_m = 28,
-         .low = 0.7,
-         .high = 1.4,
-         .upright = 0.05,
-         .sink_m = 0,
-         .near_parents_m = 6,
-         .mask = {.slope = kWalkable}});
+  AddPlant(
+      w, {"bushes", "DryBush", 4, 0.02, 1.4, 160, 0.3, 0.9, 0.05, 0.3, 0, 1, 0.03},
+      {.slope = kFirmSnow, .height_m = below_trees, .patches_m = 25, .cover = 0.35, .soft = 0.1});
+  AddCover(w, {"tussocks", "Tussock", 4, 0.1, 70, 0.4, 0.9, 0.7, 0.12, 0.5},
+           {.slope = kFirmSnow, .patches_m = 12, .cover = 0.3, .soft = 0.12});
+  AddCover(w, {"twigs", "Twigs", 4, 0.7, 28, 0.7, 1.4, 0.05, 0, 0, 6}, {.slope = kWalkable});
 }
 
 void WriteSnowyMountain(BiomeDraft& draft) {

@@ -21,9 +21,9 @@ struct VolumeFill {
 // Looks from both eyes of all rigs, in equal shares, at random points of their pictures, traces
 // rays from there to all sides, and returns the volume of the light that they bring. The first
 // round traces paths of up to 32 bounces; later ones end at their first rough surface in what
-// earlier rounds have stored, so that light of many bounces is in it. Lamps and the sun's disc are left out
-// where rays meet them first: they are sampled wherever the volume is read. The result depends only
-// on the arguments, not on threads. Errors: kCancelled.
+// earlier rounds have stored, so that light of many bounces is in it. Lamps and the sun's disc are
+// left out where rays meet them first: they are sampled wherever the volume is read. The result
+// depends only on the arguments, not on threads. Errors: kCancelled.
 absl::StatusOr<IrradianceVolume> FillIrradianceVolume(
     const RenderScene& scene, const LightTable& lights, const PathOptions& options,
     uint64_t scene_seed, const std::vector<StereoCamera>& rigs, const VolumeFill& fill,

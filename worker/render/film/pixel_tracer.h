@@ -25,8 +25,8 @@ struct PixelSampling {
   double focal_times_baseline = 0;
   // For each rig that shares this eye: its baseline over the one above. At most kMostPartners.
   std::vector<double> baselines = {1.0};
-  // What the eye sees at the first samples() of its points: paths begin there, without a ray. Null:
-  // camera rays are traced. Borrowed.
+  // The triangles that the eye sees: paths begin at the first `samples` of a pixel's, without a
+  // ray. Null: camera rays are traced. Borrowed.
   const VisibilityBuffer* visible = nullptr;
 
   // Sets the seeds and numbers of the samplers for eight samples of pixels (x, y).

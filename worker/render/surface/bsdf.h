@@ -29,8 +29,9 @@ struct BsdfValue8 {
   Float8 pdf = Splat(0);
 };
 
-// What a surface scatters towards o of light that varies little over its lobes: the shares of the
-// irradiance over pi on o's side and on the other, and of the radiance about the mirror direction.
+// A surface's answer, towards o, to light that varies little over its lobes: the shares that it
+// scatters of the irradiance over pi on o's side and on the other, and of the radiance about the
+// mirror direction.
 struct AmbientParts8 {
   Vec3x8 above, below, gloss;
 };

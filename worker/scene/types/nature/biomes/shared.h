@@ -13,8 +13,8 @@ inline constexpr MaskSpec::Range kWalkable = {0, 0.6, 0.2}, kSteep = {0.75, 99, 
 // Slopes on which broken rock stays: up to its angle of repose, 36 degrees.
 inline constexpr MaskSpec::Range kLoose = {0, 0.72, 0.12};
 
-// What covers the ground in numbers and has no index of its own: grass, herbs, litter, small
-// stones. The fields are those of LayerSpec.
+// Cover of the ground by things in numbers, without an index of their own: grass, herbs, litter,
+// small stones. The fields are those of LayerSpec.
 struct Cover {
   std::string name, asset;
   uint32_t shapes;

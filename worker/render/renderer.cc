@@ -140,7 +140,8 @@ absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const v1::Scene& scen
     }
     // Pictures of open land have all samples of the rasteriser, and gain nothing from the larger
     // network.
-    if (IsOpenLand(*built, lights) && profile.denoise == DenoiseQuality::kBalanced) {
+    if (profile.denoise == DenoiseQuality::kBalanced &&
+        IsOpenLand(scene, profile, *built, lights)) {
       profile.denoise = DenoiseQuality::kFast;
     }
     std::unique_ptr<Denoiser> denoiser;

@@ -51,8 +51,8 @@ ImageF DisparityOf(const ImageF& depth_m, double focal_times_baseline);
 
 // Light that was learnt before, in which paths end; null: not there.
 struct StoredLight {
-  const RadianceCache* cache = nullptr;      // In rooms.
-  const IrradianceVolume* volume = nullptr;  // In open land.
+  const RadianceCache* cache = nullptr;      // Serves rooms and caves.
+  const IrradianceVolume* volume = nullptr;  // Serves open land.
 };
 
 // Traces films. Borrows everything that it is made of. Its functions are thread-safe, use all

@@ -27,10 +27,14 @@
 
 namespace parallax {
 
-// Returns whether a scene is land with plants or stones in large numbers under the open sky, which
-// no roof encloses.
-inline bool IsOpenLand(const RenderScene& geometry, const LightTable& lights) {
-  return !geometry.geometry().instances.empty() && lights.enclosures().empty();
+// Returns whether a volume learns the light of a scene: land with plants or stones in large numbers
+// under the open sky, which no roof encloses and no keyframe lights anew, for a profile that learns
+// light and whose pictures are rasterised.
+inline bool IsOpenLand(const v1::Scene& scene, const RenderProfile& profile,
+                       const RenderScene& geometry, const LightTable& lights) {
+  return profile.cache_paths > 0 && FilmTracer::NeedsRasteriser(profile) &&
+         scene.keyframes().empty() && !geometry.geometry().instances.empty() &&
+         lights.enclosures().empty();
 }
 
 // State that the passes of all pairs of a scene share. One pair at a time.
@@ -47,7 +51,7 @@ struct PassScene {
         lights(std::move(scene_lights)),
         rasteriser(std::move(scene_rasteriser)),
         denoiser(std::move(scene_denoiser)),
-        open_land(rasteriser && !has_keyframes && IsOpenLand(*geometry, lights)) {}
+        open_land(IsOpenLand(scene, profile, *geometry, lights)) {}
 
   FilmTracer Tracer() const {
     return {*geometry, lights, profile,

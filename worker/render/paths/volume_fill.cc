@@ -18,7 +18,7 @@ constexpr int64_t kLooksTogether = PathTracer::kTogether / kDirections;
 constexpr double kRenewals[] = {0.1, 0.25, 0.5, 1.0};
 // Light that was scattered often is in the first records too: all count alike in the end.
 constexpr int kFirstBounces = 32;
-constexpr float kSpread = 0.3f;                  // Of the cones of a record's rays, radians.
+constexpr float kSpread = 0.3f;                  // Angle of a record's ray cones, radians.
 constexpr float kBrightestOverTypical = 64;      // Rare light above this multiple is cut.
 constexpr uint32_t kLookPass = 6, kRayPass = 7;  // SampleStream.pass.
 

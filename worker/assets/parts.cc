@@ -83,9 +83,7 @@ Shape TurnedLeg(float height, float radius, int variant) {
       curve({{0.865f, 0.7f}, {0.92f, 0.9f}, {1.0f, 0.9f}}, 6);
       break;
   }
-  LatheOptions options;
-  options.segments = radius < 0.02f ? 14 : (radius < 0.035f ? 18 : 26);
-  return Lathe(p, options);
+  return Lathe(p, {.segments = radius < 0.02f ? 14 : (radius < 0.035f ? 18 : 26)});
 }
 
 Shape FurnitureLeg(LegStyle style, const Vec3f& foot, const Vec3f& top, float thickness,
@@ -206,9 +204,7 @@ Shape Front(FrontStyle style, float width, float height, float thickness, bool g
   }
   // Raised: the field rises from a thin edge over a bevel of a few centimetres.
   const float fall = std::min({0.035f, 0.3f * (hi.x() - lo.x()), 0.3f * (hi.z() - lo.z())});
-  BoxOptions box;
-  box.bevel_m = 0;
-  box.pieces = {6, 1, 6};
+  const BoxOptions box{.bevel_m = 0, .pieces = {6, 1, 6}};
   const Vec3f size = hi - lo, mid = 0.5f * (lo + hi);
   Shape field = RoundedBox(size, box);
   field.crease_rad = 0.2f;

@@ -1,7 +1,7 @@
 // Parts that kitchen machines share: panels, cavities, shelves, knobs, handles, feet.
 #pragma once
 
-#include "worker/assets/building/appliances.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 

@@ -1,14 +1,26 @@
-#include "worker/assets/building/appliances.h"
-
+// Kitchen machines: ovens with hobs, microwaves, dishwashers, beverage fridges. Fronts face +y.
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/asset_families.h"
 #include "worker/assets/building/appliance_parts.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
+
+// A microwave oven with its controls beside the door.
+struct MicrowaveParams {
+  float width_m = 0.5f;
+  float depth_m = 0.38f;
+  float height_m = 0.29f;
+  float panel_m = 0.11f;  // Width of the controls beside the door.
+  bool keypad = true;     // Else two knobs.
+  bool handle = true;
+  uint64_t seed = 0;
+};
 
 // Dimensions that the parts of a microwave share: half width and depth, height, the feet's height;
 // the door's back; where the controls begin.
@@ -81,8 +93,6 @@ void AddMicrowaveControls(AssetBuilder& b, const Microwave& m) {
   }
 }
 
-}  // namespace
-
 Asset MakeMicrowave(const MicrowaveParams& p) {
   AssetBuilder b(p.seed);
   const MaterialSlot body = HousingSlot();
@@ -99,18 +109,25 @@ Asset MakeMicrowave(const MicrowaveParams& p) {
 }
 
 Asset SampleMicrowave(Rng& rng) {
-  MicrowaveParams p;
-  p.width_m = Draw(rng, 0.44, 0.56);
-  p.depth_m = Draw(rng, 0.32, 0.44);
-  p.height_m = Draw(rng, 0.25, 0.32);
-  p.panel_m = Draw(rng, 0.09, 0.13);
-  p.keypad = rng.Bernoulli(0.65);
-  p.handle = rng.Bernoulli(0.6);
-  p.seed = rng.Seed();
-  return MakeMicrowave(p);
+  return MakeMicrowave({.width_m = Draw(rng, 0.44, 0.56),
+                        .depth_m = Draw(rng, 0.32, 0.44),
+                        .height_m = Draw(rng, 0.25, 0.32),
+                        .panel_m = Draw(rng, 0.09, 0.13),
+                        .keypad = rng.Bernoulli(0.65),
+                        .handle = rng.Bernoulli(0.6),
+                        .seed = rng.Seed()});
 }
 
-namespace {
+// A built-in dishwasher.
+struct DishwasherParams {
+  float width_m = 0.6f;
+  float depth_m = 0.58f;
+  float height_m = 0.84f;
+  bool hidden_controls = false;  // On the door's upper edge.
+  HandleStyle handle = HandleStyle::kBar;
+  FrontStyle front = FrontStyle::kFlat;
+  uint64_t seed = 0;
+};
 
 // A bar on the door, or a grip in its upper edge.
 void AddDishwasherHandle(AssetBuilder& b, const DishwasherParams& p, float door_top) {
@@ -153,8 +170,6 @@ void AddHiddenKeys(AssetBuilder& b, float d, float door_top) {
   b.Add(keys, TrimSlot());
 }
 
-}  // namespace
-
 Asset MakeDishwasher(const DishwasherParams& p) {
   AssetBuilder b(p.seed);
   const MaterialSlot body = HousingSlot(),
@@ -176,16 +191,17 @@ Asset MakeDishwasher(const DishwasherParams& p) {
 }
 
 Asset SampleDishwasher(Rng& rng) {
-  DishwasherParams p;
-  p.width_m = rng.Bernoulli(0.75) ? Draw(rng, 0.585, 0.61) : Draw(rng, 0.44, 0.46);
-  p.depth_m = Draw(rng, 0.54, 0.62);
-  p.height_m = Draw(rng, 0.81, 0.88);
-  p.hidden_controls = rng.Bernoulli(0.4);
-  p.handle = rng.Bernoulli(0.75) ? HandleStyle::kBar : HandleStyle::kNone;
-  p.front = rng.Bernoulli(0.7) ? FrontStyle::kFlat : FrontStyle::kShaker;
-  p.seed = rng.Seed();
-  return MakeDishwasher(p);
+  return MakeDishwasher(
+      {.width_m = rng.Bernoulli(0.75) ? Draw(rng, 0.585, 0.61) : Draw(rng, 0.44, 0.46),
+       .depth_m = Draw(rng, 0.54, 0.62),
+       .height_m = Draw(rng, 0.81, 0.88),
+       .hidden_controls = rng.Bernoulli(0.4),
+       .handle = rng.Bernoulli(0.75) ? HandleStyle::kBar : HandleStyle::kNone,
+       .front = rng.Bernoulli(0.7) ? FrontStyle::kFlat : FrontStyle::kShaker,
+       .seed = rng.Seed()});
 }
+
+}  // namespace
 
 void RegisterAppliances(std::vector<AssetClass>& classes) {
   classes.push_back({"BeverageFridge", "appliances", Placement::kFloorAgainstWall, true, 0.6f,

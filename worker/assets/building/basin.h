@@ -1,9 +1,25 @@
-// Basins: one body from the foot over the rim to the drain, as sinks and bathtubs have.
+// Taps, and basins: one body from the foot over the rim to the drain, as sinks and bathtubs have.
 #pragma once
 
-#include "worker/assets/building/bathroom_fixtures.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
+
+enum class TapStyle { kArc, kBridge, kBlock, kLow, kCount };
+
+// A tap; its spout reaches along +y.
+struct TapParams {
+  TapStyle style = TapStyle::kArc;
+  float height_m = 0.3f;
+  float reach_m = 0.18f;
+  float pipe_m = 0.011f;  // Radius.
+  bool two_handles = false;
+  bool cross_handles = false;
+  uint64_t seed = 0;
+};
+
+// Adds a tap to another asset, with its base at `at`; its spout reaches along +y from there.
+void AddTap(kernel::AssetBuilder& builder, const TapParams& params, const Vec3f& at);
 
 MaterialSlot ChromeSlot();
 

@@ -1,37 +1,15 @@
-#include "worker/assets/building/bathroom_fixtures.h"
-
+// Sanitary ware: taps, wash basins, kitchen sinks, bathtubs.
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/asset_families.h"
 #include "worker/assets/building/basin.h"
 #include "worker/assets/kernel/subdivide.h"
 
 namespace parallax {
+namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
-
-MaterialSlot ChromeSlot() { return Slot("fittings", {"metal"}); }
-
-Shape Basin(const std::vector<BasinLevel>& levels) {
-  std::vector<CageRing> rings;
-  for (const BasinLevel& l : levels)
-    rings.push_back({EightPoints(l.low, l.high, l.z, l.exponent), l.sharpness, l.corners});
-  return Subdivided(Loft(rings), 3).Retextured();
-}
-
-void AddDrain(AssetBuilder& b, const Vec3f& at, float radius) {
-  b.Add(LatheRing(Path2{{0.55f * radius, -0.002f},
-                        {radius, -0.002f},
-                        {radius, 0.0008f},
-                        {0.9f * radius, 0.002f},
-                        {0.55f * radius, 0.001f}},
-                  28)
-            .Moved(at),
-        ChromeSlot());
-  b.Add(Cylinder(0.5f * radius, 0.003f, 0.001f, 20).Moved(at - Vec3f(0, 0, 0.0025f)), ChromeSlot());
-}
-
-namespace {
 
 // Radius factor that turns a circle into a superellipse.
 std::function<float(float, float)> Squarish(float exponent) {
@@ -97,8 +75,7 @@ void AddSpout(const std::function<void(const Shape&)>& add, const TapParams& p) 
   const float r = p.pipe_m;
   add(Cone(2.2f * r, 1.7f * r, 0.012f, 0.003f, 28));
   const Path3 path = SpoutPath(p);
-  SweepOptions options;
-  options.end_round_m = 0.002f;
+  SweepOptions options{.end_round_m = 0.002f};
   if (p.style == TapStyle::kLow)
     options.scale = [](float t) { return Vec2f(1.45f - 0.6f * t, 1.45f - 0.6f * t); };
   add(Sweep(path, EllipseSection(2 * r, 2 * r, 22), options));
@@ -129,26 +106,14 @@ void AddLever(const std::function<void(const Shape&)>& add, const TapParams& p) 
            0.0045f, 0.0043f, 12));
 }
 
-}  // namespace
-
-void AddTap(AssetBuilder& b, const TapParams& p, const Vec3f& at) {
-  const auto add = [&](const Shape& shape) { b.Add(shape.Moved(at), ChromeSlot()); };
-  if (p.style == TapStyle::kBlock) return AddBlockTap(add, p);
-  AddSpout(add, p);
-  p.two_handles ? AddTwoHandles(add, p) : AddLever(add, p);
-}
-
 Asset MakeTap(const TapParams& p) {
   AssetBuilder b(p.seed);
   AddTap(b, p, Vec3f::Zero());
   return b.Finish();
 }
 
-namespace {
-
 TapParams DrawTap(Rng& rng, double height_low, double height_high) {
-  TapParams p;
-  p.style = DrawEnum<TapStyle>(rng, static_cast<int>(TapStyle::kCount));
+  TapParams p{.style = DrawEnum<TapStyle>(rng, static_cast<int>(TapStyle::kCount))};
   p.height_m = Draw(rng, height_low, height_high) *
                (p.style == TapStyle::kLow || p.style == TapStyle::kBlock ? 0.6f : 1.0f);
   p.reach_m = Draw(rng, 0.11, 0.17);
@@ -160,14 +125,23 @@ TapParams DrawTap(Rng& rng, double height_low, double height_high) {
   return p;
 }
 
-}  // namespace
-
 Asset SampleTap(Rng& rng) { return MakeTap(DrawTap(rng, 0.24, 0.36)); }
-
-namespace {
 
 // Height at which the bowl of a bathroom's sink begins, and the middle of the bowl from the wall.
 constexpr float kBowlLedge = 0.07f;
+
+enum class BasinMount { kPedestal, kVanity, kCount };
+
+// A wash basin with its pedestal or vanity, and its tap.
+struct BathroomSinkParams {
+  BasinMount mount = BasinMount::kPedestal;
+  float width_m = 0.55f;
+  float depth_m = 0.44f;
+  float basin_m = 0.15f;    // Its height.
+  float squareness = 2.6f;  // 2 an ellipse, larger squarer.
+  TapParams tap;
+  uint64_t seed = 0;
+};
 
 float BowlFoot(const BathroomSinkParams& p) {
   return (p.mount == BasinMount::kPedestal ? 0.84f : 0.85f + p.basin_m) - p.basin_m;
@@ -204,9 +178,8 @@ void AddBasinColumn(AssetBuilder& b, const BathroomSinkParams& p, const Material
                                     {1.15f * r, foot + 0.02f},
                                     {1.3f * r, foot + 0.06f}},
                               6);
-  LatheOptions options;
-  options.modulate = Squarish(p.squareness);
-  b.Add(Lathe(column, options).Moved(0, 0.5f * kBowlLedge, 0), ceramic);
+  b.Add(Lathe(column, {.modulate = Squarish(p.squareness)}).Moved(0, 0.5f * kBowlLedge, 0),
+        ceramic);
 }
 
 // A cabinet with a stone top under the bowl.
@@ -228,8 +201,6 @@ void AddVanity(AssetBuilder& b, const BathroomSinkParams& p) {
   AddTap(b, p.tap, {0, back + 0.06f, top});
   b.Support({w + 0.01f, back + 0.02f}, {cw, front - 0.02f}, top);
 }
-
-}  // namespace
 
 Asset MakeBathroomSink(const BathroomSinkParams& p) {
   AssetBuilder b(p.seed);
@@ -256,6 +227,17 @@ Asset SampleBathroomSink(Rng& rng) {
   p.seed = rng.Seed();
   return MakeBathroomSink(p);
 }
+
+// A kitchen sink that is set into a worktop, with its tap.
+struct SinkParams {
+  float width_m = 0.6f;
+  float depth_m = 0.46f;
+  float basin_m = 0.2f;
+  bool two_basins = false;
+  bool drainer = false;  // Ribs beside the basin.
+  TapParams tap;
+  uint64_t seed = 0;
+};
 
 Asset MakeSink(const SinkParams& p) {
   AssetBuilder b(p.seed);
@@ -297,8 +279,7 @@ Asset MakeSink(const SinkParams& p) {
 }
 
 Asset SampleSink(Rng& rng) {
-  SinkParams p;
-  p.two_basins = rng.Bernoulli(0.3);
+  SinkParams p{.two_basins = rng.Bernoulli(0.3)};
   p.width_m = p.two_basins ? Draw(rng, 0.36, 0.44) : Draw(rng, 0.42, 0.7);
   p.depth_m = Draw(rng, 0.38, 0.48);
   p.basin_m = Draw(rng, 0.16, 0.24);
@@ -306,6 +287,36 @@ Asset SampleSink(Rng& rng) {
   p.tap = DrawTap(rng, 0.26, 0.4);
   p.seed = rng.Seed();
   return MakeSink(p);
+}
+
+}  // namespace
+
+MaterialSlot ChromeSlot() { return Slot("fittings", {"metal"}); }
+
+Shape Basin(const std::vector<BasinLevel>& levels) {
+  std::vector<CageRing> rings;
+  for (const BasinLevel& l : levels)
+    rings.push_back({EightPoints(l.low, l.high, l.z, l.exponent), l.sharpness, l.corners});
+  return Subdivided(Loft(rings), 3).Retextured();
+}
+
+void AddDrain(AssetBuilder& b, const Vec3f& at, float radius) {
+  b.Add(LatheRing(Path2{{0.55f * radius, -0.002f},
+                        {radius, -0.002f},
+                        {radius, 0.0008f},
+                        {0.9f * radius, 0.002f},
+                        {0.55f * radius, 0.001f}},
+                  28)
+            .Moved(at),
+        ChromeSlot());
+  b.Add(Cylinder(0.5f * radius, 0.003f, 0.001f, 20).Moved(at - Vec3f(0, 0, 0.0025f)), ChromeSlot());
+}
+
+void AddTap(AssetBuilder& b, const TapParams& p, const Vec3f& at) {
+  const auto add = [&](const Shape& shape) { b.Add(shape.Moved(at), ChromeSlot()); };
+  if (p.style == TapStyle::kBlock) return AddBlockTap(add, p);
+  AddSpout(add, p);
+  p.two_handles ? AddTwoHandles(add, p) : AddLever(add, p);
 }
 
 void RegisterBathroom(std::vector<AssetClass>& classes) {

@@ -1,12 +1,28 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/asset_families.h"
 #include "worker/assets/building/basin.h"
 
 namespace parallax {
 namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
+
+enum class BathtubStyle { kFreestanding, kClawFoot, kBuiltIn, kCount };
+
+// A bathtub, with or without a tap.
+struct BathtubParams {
+  BathtubStyle style = BathtubStyle::kFreestanding;
+  float length_m = 1.65f;
+  float width_m = 0.75f;
+  float height_m = 0.58f;
+  float squareness = 2.8f;
+  float slope = 0.25f;  // Slope of the end to lie against; the other walls are steeper.
+  float slipper_m = 0;  // How far the head's end rises above the rim.
+  bool tap = true;
+  uint64_t seed = 0;
+};
 
 // Dimensions that the parts of a bathtub share: half length and width, height of the foot, of the
 // body above it, and of the floor inside; width of the rim.
@@ -128,8 +144,6 @@ void AddTubTap(AssetBuilder& b, const Tub& t) {
   AddTap(b, tap, {0, y, t.p.height_m + 0.045f});
 }
 
-}  // namespace
-
 Asset MakeBathtub(const BathtubParams& p) {
   AssetBuilder b(p.seed);
   const Tub tub(p);
@@ -138,6 +152,8 @@ Asset MakeBathtub(const BathtubParams& p) {
   if (p.tap) AddTubTap(b, tub);
   return b.Finish();
 }
+
+}  // namespace
 
 Asset SampleBathtub(Rng& rng) {
   BathtubParams p;

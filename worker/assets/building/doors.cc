@@ -38,8 +38,7 @@ void AddPanel(AssetBuilder& b, const Opening& o, const DoorParams& p) {
   const float in = std::min(0.045f, 0.2f * std::min(o.x1 - o.x0, o.z1 - o.z0));
   if (p.raised) {
     // The field rises towards both faces over a broad bevel.
-    BoxOptions options;
-    options.bevel_m = 0.19f * t;
+    const BoxOptions options{.bevel_m = 0.19f * t};
     const Vec3f size(o.x1 - o.x0 - 2 * in, 0.8f * t, o.z1 - o.z0 - 2 * in);
     b.Add(RoundedBox(size, options).Moved(0.5f * (o.x0 + o.x1), 0.5f * t, 0.5f * (o.z0 + o.z1)),
           DoorLeafSlot());
@@ -70,9 +69,7 @@ void AddLouver(AssetBuilder& b, const Opening& o, const DoorParams& p) {
   const int slats = std::max(2, static_cast<int>((o.z1 - o.z0) / pitch));
   for (int i = 0; i < slats; ++i) {
     const float z = Lerp(o.z0, o.z1, (static_cast<float>(i) + 0.5f) / static_cast<float>(slats));
-    BoxOptions options;
-    options.bevel_m = 0.0025f;
-    b.Add(RoundedBox({o.x1 - o.x0 + 0.008f, 1.1f * t, 0.007f}, options)
+    b.Add(RoundedBox({o.x1 - o.x0 + 0.008f, 1.1f * t, 0.007f}, {.bevel_m = 0.0025f})
               .TurnedX(-0.62f)
               .Moved(0.5f * (o.x0 + o.x1), 0.5f * t, z),
           DoorLeafSlot());
@@ -196,8 +193,6 @@ DoorParams DrawDoor(Rng& rng) {
   return p;
 }
 
-}  // namespace
-
 Asset SamplePanelDoor(Rng& rng) {
   DoorParams p = DrawDoor(rng);
   switch (rng.UniformInt(0, 5)) {
@@ -265,6 +260,8 @@ Asset SampleLouverDoor(Rng& rng) {
                        : std::vector<DoorParams::Row>{panel, louver};
   return MakeDoor(p);
 }
+
+}  // namespace
 
 void RegisterDoors(std::vector<AssetClass>& classes) {
   classes.push_back({"GlassPanelDoor", "doors", Placement::kOpening, true, 0, SampleGlassPanelDoor,

@@ -34,9 +34,5 @@ struct DoorParams {
   uint64_t seed = 0;
 };
 Asset MakeDoor(const DoorParams& params);
-Asset SamplePanelDoor(Rng& rng);
-Asset SampleGlassPanelDoor(Rng& rng);
-Asset SampleLiteDoor(Rng& rng);
-Asset SampleLouverDoor(Rng& rng);
 
 }  // namespace parallax

@@ -1,12 +1,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/asset_families.h"
 #include "worker/assets/building/appliance_parts.h"
 
 namespace parallax {
 namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
+
+// A small fridge with a glass door.
+struct BeverageFridgeParams {
+  float width_m = 0.5f;
+  float depth_m = 0.52f;
+  float height_m = 0.82f;
+  int shelves = 4;
+  bool full = true;  // Bottles and cans on the shelves.
+  uint64_t seed = 0;
+};
 
 // Dimensions that the parts of a fridge share: half width and depth, height; height of the feet and
 // of the inside's floor and ceiling; the door's back.
@@ -43,11 +54,8 @@ void AddFridgeBody(AssetBuilder& b, const Fridge& f) {
 
 // A bottle or can with a printed label.
 Shape Drink(bool bottle, float r, float tall) {
-  LatheOptions print;
-  print.segments = 24;
-  print.print_repeats = 2;
-  print.print_from_z = 0.02f;
-  print.print_to_z = 0.6f * tall;
+  const LatheOptions print{
+      .segments = 24, .print_from_z = 0.02f, .print_to_z = 0.6f * tall, .print_repeats = 2};
   const Path2 profile = bottle ? Path2{{0.9f * r, 0},
                                        {r, 0.005f},
                                        {r, 0.02f},
@@ -113,8 +121,6 @@ void AddFridgeDoor(AssetBuilder& b, const Fridge& f) {
         TrimSlot());
 }
 
-}  // namespace
-
 Asset MakeBeverageFridge(const BeverageFridgeParams& p) {
   AssetBuilder b(p.seed);
   Rng rng(SceneSeed{p.seed}, "contents");
@@ -126,6 +132,8 @@ Asset MakeBeverageFridge(const BeverageFridgeParams& p) {
             fridge.h);
   return b.Finish();
 }
+
+}  // namespace
 
 Asset SampleBeverageFridge(Rng& rng) {
   BeverageFridgeParams p;

@@ -7,6 +7,14 @@ namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
+// A handle, rail or row of hooks.
+struct HardwareParams {
+  float length_m = 0.2f;
+  float rod_m = 0.007f;  // Radius.
+  int form = 0;          // 0 bar handle, 1 bow handle, 2 towel rail, 3 row of hooks, 4 lever.
+  uint64_t seed = 0;
+};
+
 // A square bar on two blocks.
 void AddSquareBar(AssetBuilder& b, const HardwareParams& p, const MaterialSlot& metal) {
   const float size = p.length_m, r = p.rod_m;
@@ -79,8 +87,6 @@ void AddDoorLever(AssetBuilder& b, const HardwareParams& p, const MaterialSlot& 
         metal);
 }
 
-}  // namespace
-
 // Handles, knobs, hooks and rails as they lie in a shop: on their mounting face.
 Asset MakeHardware(const HardwareParams& p) {
   AssetBuilder b(p.seed);
@@ -104,13 +110,13 @@ Asset MakeHardware(const HardwareParams& p) {
   return b.Finish();
 }
 
+}  // namespace
+
 Asset SampleHardware(Rng& rng) {
-  HardwareParams p;
-  p.length_m = Draw(rng, 0.1, 0.3);
-  p.rod_m = Draw(rng, 0.005, 0.009);
-  p.form = rng.UniformInt(0, 4);
-  p.seed = rng.Seed();
-  return MakeHardware(p);
+  return MakeHardware({.length_m = Draw(rng, 0.1, 0.3),
+                       .rod_m = Draw(rng, 0.005, 0.009),
+                       .form = rng.UniformInt(0, 4),
+                       .seed = rng.Seed()});
 }
 
 }  // namespace parallax

@@ -1,9 +1,10 @@
-#include "worker/assets/building/kitchen_units.h"
-
+// Fitted kitchens: islands and runs along a wall.
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/building/bathroom_fixtures.h"
+#include "worker/assets/asset_families.h"
+#include "worker/assets/building/basin.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
@@ -17,6 +18,23 @@ MaterialSlot FrontSlot() { return WoodSlot("fronts"); }
 MaterialSlot CarcassSlot() { return WoodSlot("carcass"); }
 MaterialSlot WorktopSlot() { return Slot("worktop", {"stone", "wood"}); }
 MaterialSlot HandleSlot() { return MetalSlot("handles"); }
+
+// A kitchen island, or a run of units along a wall.
+struct KitchenParams {
+  float width_m = 2.4f;
+  float depth_m = 0.62f;
+  float height_m = 0.9f;
+  int columns = 4;
+  FrontStyle fronts = FrontStyle::kShaker;
+  HandleStyle handles = HandleStyle::kBar;
+  int sink_column = 1;   // Where the basin is let in; -1 = none.
+  float overhang_m = 0;  // How far the worktop juts out at the back: an island's bar.
+  // Kitchen runs only:
+  float upper_low_m = 1.42f, upper_high_m = 2.15f;
+  int hood_column = 3;  // An extractor hood instead of a wall cabinet; -1 = none.
+  int open_column = 0;  // Shelves instead of doors; -1 = none.
+  uint64_t seed = 0;
+};
 
 // A front with its handle: a door (upright handle near `opens`) or, with opens = 0, a drawer.
 void AddFront(AssetBuilder& b, const KitchenParams& p, float x, float y, float z, float width,
@@ -124,8 +142,7 @@ void AddWorktop(AssetBuilder& b, const KitchenParams& p, float side_overhang) {
           metal);
   }
   b.Add(Cylinder(0.045f, 0.004f, 0.0015f, 28).Moved(x, mid, low + t - 0.002f), metal);
-  TapParams tap;
-  tap.style = static_cast<TapStyle>(p.seed % 4);
+  TapParams tap{.style = static_cast<TapStyle>(p.seed % 4)};
   tap.two_handles = tap.style == TapStyle::kBridge;
   AddTap(b, tap, {x, mid - hole - 0.05f, z1});
   if (x - half - 0.03f > -w + 0.15f)
@@ -139,9 +156,7 @@ void AddHood(AssetBuilder& b, float x, float width, float back, float low, float
   const float h = 0.5f * width - 0.01f, deep = 0.44f;
   b.Add(Board({x - h, back, low}, {x + h, back + deep, low + 0.05f}, 0.004f), metal);
   // The canopy narrows to the flue.
-  SweepOptions options;
-  options.up = Vec3f::UnitY();
-  options.keep_up = true;
+  SweepOptions options{.up = Vec3f::UnitY(), .keep_up = true};
   const float flue = 0.13f;
   options.scale = [=](float t) {
     return Vec2f(Lerp(h, flue, t) / h, Lerp(0.5f * deep, flue, t) / (0.5f * deep));
@@ -152,8 +167,6 @@ void AddHood(AssetBuilder& b, float x, float width, float back, float low, float
   b.Add(Board({x - flue, back + 0.001f, low + 0.235f}, {x + flue, back + 2 * flue, high}, 0.003f),
         metal);
 }
-
-}  // namespace
 
 Asset MakeKitchenIsland(const KitchenParams& p) {
   AssetBuilder b(p.seed);
@@ -185,8 +198,6 @@ Asset MakeKitchenIsland(const KitchenParams& p) {
   }
   return b.Finish();
 }
-
-namespace {
 
 // A wall cabinet's place: between x0 and x1, from the wall to the fronts' back.
 struct WallUnit {
@@ -246,8 +257,6 @@ void AddWallUnits(AssetBuilder& b, const KitchenParams& p) {
   }
 }
 
-}  // namespace
-
 Asset MakeKitchenSpace(const KitchenParams& p) {
   AssetBuilder b(p.seed);
   Rng rng(SceneSeed{p.seed}, "fronts");
@@ -266,8 +275,6 @@ Asset MakeKitchenSpace(const KitchenParams& p) {
   return asset;
 }
 
-namespace {
-
 KitchenParams DrawKitchen(Rng& rng) {
   KitchenParams p;
   p.height_m = Draw(rng, 0.87, 0.94);
@@ -276,8 +283,6 @@ KitchenParams DrawKitchen(Rng& rng) {
   p.seed = rng.Seed();
   return p;
 }
-
-}  // namespace
 
 Asset SampleKitchenIsland(Rng& rng) {
   KitchenParams p = DrawKitchen(rng);
@@ -301,6 +306,8 @@ Asset SampleKitchenSpace(Rng& rng) {
   p.upper_high_m = p.upper_low_m + Draw(rng, 0.62, 0.85);
   return MakeKitchenSpace(p);
 }
+
+}  // namespace
 
 void RegisterKitchens(std::vector<AssetClass>& classes) {
   classes.push_back({"KitchenIsland", "kitchen", Placement::kFloor, true, 0.8f, SampleKitchenIsland,

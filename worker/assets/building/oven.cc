@@ -1,12 +1,25 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/asset_families.h"
 #include "worker/assets/building/appliance_parts.h"
 
 namespace parallax {
 namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
+
+// A cooker: an oven below a hob. With `backguard`, a panel rises behind the hob.
+struct OvenParams {
+  float width_m = 0.6f;
+  float depth_m = 0.6f;
+  float height_m = 0.88f;  // Height of the hob above the floor.
+  bool gas = true;         // Grates and burners instead of a glass hob.
+  bool backguard = true;   // A panel behind the hob.
+  bool drawer = true;      // Under the oven door.
+  int knobs = 5;
+  uint64_t seed = 0;
+};
 
 // One grate for each pair of burners: a frame, bars across, short feet.
 Shape Grate(const OvenParams& p, float d, float sx) {
@@ -159,8 +172,6 @@ void AddBackguard(AssetBuilder& b, const Oven& o) {
         DarkSlot());
 }
 
-}  // namespace
-
 Asset MakeOven(const OvenParams& p) {
   AssetBuilder b(p.seed);
   const Oven oven(p);
@@ -175,17 +186,17 @@ Asset MakeOven(const OvenParams& p) {
   return b.Finish();
 }
 
+}  // namespace
+
 Asset SampleOven(Rng& rng) {
-  OvenParams p;
-  p.width_m = rng.Bernoulli(0.7) ? Draw(rng, 0.58, 0.62) : Draw(rng, 0.74, 0.9);
-  p.depth_m = Draw(rng, 0.56, 0.66);
-  p.height_m = Draw(rng, 0.85, 0.92);
-  p.gas = rng.Bernoulli(0.55);
-  p.backguard = rng.Bernoulli(0.5);
-  p.drawer = rng.Bernoulli(0.7);
-  p.knobs = rng.UniformInt(4, 7);
-  p.seed = rng.Seed();
-  return MakeOven(p);
+  return MakeOven({.width_m = rng.Bernoulli(0.7) ? Draw(rng, 0.58, 0.62) : Draw(rng, 0.74, 0.9),
+                   .depth_m = Draw(rng, 0.56, 0.66),
+                   .height_m = Draw(rng, 0.85, 0.92),
+                   .gas = rng.Bernoulli(0.55),
+                   .backguard = rng.Bernoulli(0.5),
+                   .drawer = rng.Bernoulli(0.7),
+                   .knobs = rng.UniformInt(4, 7),
+                   .seed = rng.Seed()});
 }
 
 }  // namespace parallax

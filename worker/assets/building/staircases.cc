@@ -49,10 +49,8 @@ Path3 Along(const Flight& flight, float s0, float s1, float side, float lift, fl
 }
 
 Shape Ribbon(const Path3& path, float thickness, float height, float bevel) {
-  SweepOptions options;
-  options.up = Vec3f::UnitZ();
-  options.keep_up = true;
-  return Sweep(path, RectSection(thickness, height, bevel, 1), options);
+  return Sweep(path, RectSection(thickness, height, bevel, 1),
+               {.up = Vec3f::UnitZ(), .keep_up = true});
 }
 
 struct FlightBuilder {
@@ -144,12 +142,18 @@ struct FlightBuilder {
   }
 
  private:
+  // The one flight of a staircase, with the rails that the parameters ask for.
+  Asset Whole() {
+    const float n = static_cast<float>(p.steps);
+    Steps(p.steps);
+    Stringers(0.35f, n);
+    if (p.rail_left) Rail(0.15f, n - 0.2f, -1);
+    if (p.rail_right) Rail(0.15f, n - 0.2f, 1);
+    return b.Finish();
+  }
+
   static SweepOptions RailOptions() {
-    SweepOptions options;
-    options.up = Vec3f::UnitZ();
-    options.keep_up = true;
-    options.end_round_m = 0.015f;
-    return options;
+    return {.end_round_m = 0.015f, .up = Vec3f::UnitZ(), .keep_up = true};
   }
 };
 
@@ -170,57 +174,19 @@ Flight TurningFlight(float radius, float half_width, float turn_per_step, float 
   };
 }
 
-}  // namespace
-
 Asset MakeStraightStaircase(const StairParams& p) {
   AssetBuilder b(p.seed);
-  FlightBuilder f{b, p, StraightFlight(p, 0, 0, 1, 0)};
-  const float n = static_cast<float>(p.steps);
-  f.Steps(p.steps);
-  f.Stringers(0.35f, n);
-  if (p.rail_left) f.Rail(0.15f, n - 0.2f, -1);
-  if (p.rail_right) f.Rail(0.15f, n - 0.2f, 1);
-  return b.Finish();
+  return FlightBuilder{b, p, StraightFlight(p, 0, 0, 1, 0)}.Whole();
 }
 
 Asset MakeCurvedStaircase(const StairParams& p) {
   AssetBuilder b(p.seed);
   const float n = static_cast<float>(p.steps);
   const float radius = std::max(p.run_m * n / p.turn_rad, 0.5f * p.width_m + 0.4f);
-  FlightBuilder f{b, p, TurningFlight(radius, 0.5f * p.width_m, p.turn_rad / n, p.rise_m), true};
-  f.Steps(p.steps);
-  f.Stringers(0.35f, n);
-  if (p.rail_left) f.Rail(0.15f, n - 0.2f, -1);
-  if (p.rail_right) f.Rail(0.15f, n - 0.2f, 1);
-  return b.Finish();
+  return FlightBuilder{b, p, TurningFlight(radius, 0.5f * p.width_m, p.turn_rad / n, p.rise_m),
+                       true}
+      .Whole();
 }
-
-Asset MakeSpiralStaircase(const StairParams& p) {
-  AssetBuilder b(p.seed);
-  const float n = static_cast<float>(p.steps), pole = 0.055f;
-  // Treads are wedges that reach into the pole.
-  StairParams own = p;
-  own.body = StairBody::kOpen;
-  const float inner = 0.6f * pole, outer = pole + p.width_m;
-  FlightBuilder f{
-      b, own,
-      TurningFlight(0.5f * (inner + outer), 0.5f * (outer - inner), p.turn_rad / n, p.rise_m),
-      true};
-  f.Steps(p.steps);
-  b.Add(Cylinder(pole, p.rise_m * n + p.rail_height_m + 0.15f, 0.01f, 28), FrameSlot());
-  b.Add(Cylinder(2.2f * pole, 0.02f, 0.004f, 32), FrameSlot());
-  b.Add(Ball(1.25f * pole, 24).Moved(0, 0, p.rise_m * n + p.rail_height_m + 0.19f), FrameSlot());
-  for (int i = 0; i < p.steps; ++i) {
-    // A collar below each tread.
-    b.Add(Cylinder(1.3f * pole, 0.5f * p.rise_m, 0.004f, 24)
-              .Moved(0, 0, p.rise_m * static_cast<float>(i + 1) - p.tread_m - 0.5f * p.rise_m),
-          FrameSlot());
-  }
-  f.Rail(0.3f, n - 0.1f, 1);
-  return b.Finish();
-}
-
-namespace {
 
 // A landing at height `z`: floor on a frame on legs, or masonry down to the ground. It is 2 `w`
 // wide and reaches from y = `far` on by `depth`.
@@ -251,6 +217,31 @@ void AddLanding(AssetBuilder& b, const StairParams& p, float w, float far, float
 }
 
 }  // namespace
+
+Asset MakeSpiralStaircase(const StairParams& p) {
+  AssetBuilder b(p.seed);
+  const float n = static_cast<float>(p.steps), pole = 0.055f;
+  // Treads are wedges that reach into the pole.
+  StairParams own = p;
+  own.body = StairBody::kOpen;
+  const float inner = 0.6f * pole, outer = pole + p.width_m;
+  FlightBuilder f{
+      b, own,
+      TurningFlight(0.5f * (inner + outer), 0.5f * (outer - inner), p.turn_rad / n, p.rise_m),
+      true};
+  f.Steps(p.steps);
+  b.Add(Cylinder(pole, p.rise_m * n + p.rail_height_m + 0.15f, 0.01f, 28), FrameSlot());
+  b.Add(Cylinder(2.2f * pole, 0.02f, 0.004f, 32), FrameSlot());
+  b.Add(Ball(1.25f * pole, 24).Moved(0, 0, p.rise_m * n + p.rail_height_m + 0.19f), FrameSlot());
+  for (int i = 0; i < p.steps; ++i) {
+    // A collar below each tread.
+    b.Add(Cylinder(1.3f * pole, 0.5f * p.rise_m, 0.004f, 24)
+              .Moved(0, 0, p.rise_m * static_cast<float>(i + 1) - p.tread_m - 0.5f * p.rise_m),
+          FrameSlot());
+  }
+  f.Rail(0.3f, n - 0.1f, 1);
+  return b.Finish();
+}
 
 Asset MakeUShapedStaircase(const StairParams& p) {
   AssetBuilder b(p.seed);

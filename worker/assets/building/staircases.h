@@ -25,8 +25,6 @@ struct StairParams {
   float turn_rad = 1.6f;  // Total turn of a curved stair or of a spiral.
   uint64_t seed = 0;
 };
-Asset MakeStraightStaircase(const StairParams& params);
-Asset MakeCurvedStaircase(const StairParams& params);
 Asset MakeSpiralStaircase(const StairParams& params);
 Asset MakeUShapedStaircase(const StairParams& params);
 

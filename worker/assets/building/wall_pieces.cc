@@ -1,7 +1,9 @@
-#include "worker/assets/building/wall_pieces.h"
-
+// Objects with a picture that hang on walls or stand before them: art, mirrors, screens.
 #include <algorithm>
 #include <cmath>
+
+#include "worker/assets/asset_families.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
@@ -70,7 +72,16 @@ Path2 FrameSection(int profile, float w, float d) {
   }
 }
 
-}  // namespace
+// A framed picture or mirror.
+struct FrameParams {
+  float width_m = 0.6f, height_m = 0.45f;  // Outside.
+  float frame_m = 0.03f;  // Width of the frame's bars; 0 = a bare stretched canvas.
+  float depth_m = 0.025f;
+  int profile = 0;      // 0 flat, 1 rounded, 2 stepped, 3 hollow moulding.
+  float mat_m = 0.05f;  // Card border inside the frame; 0 = none.
+  bool mirror = false;
+  uint64_t seed = 0;
+};
 
 Asset MakeFramed(const FrameParams& p) {
   AssetBuilder b(p.seed);
@@ -164,6 +175,8 @@ Asset SampleMirror(Rng& rng) {
   b.Add(glass, {Slot("edge", {"glass", "metal"}), Slot("mirror", {"mirror"})});
   return b.Finish(Anchor::kWall);
 }
+
+}  // namespace
 
 void RegisterWall(std::vector<AssetClass>& classes) {
   classes.push_back({"WallArt", "wall", Placement::kOnWall, true, 0, SampleWallArt,

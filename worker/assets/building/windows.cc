@@ -53,9 +53,7 @@ void AddBlind(AssetBuilder& b, const WindowParams& p, float depth) {
         slats);
   const int count = std::max(2, static_cast<int>((h - 0.06f - low) / pitch));
   for (int i = 0; i < count; ++i) {
-    BoxOptions options;
-    options.bevel_m = 0.0008f;
-    b.Add(RoundedBox({2 * w - 0.05f, 0.026f, 0.0018f}, options)
+    b.Add(RoundedBox({2 * w - 0.05f, 0.026f, 0.0018f}, {.bevel_m = 0.0008f})
               .TurnedX(0.45f)
               .Moved(0, y, h - 0.065f - pitch * static_cast<float>(i)),
           slats);
@@ -100,9 +98,7 @@ Shape Shutter(float leaf, float h) {
   const int slats = static_cast<int>(h / 0.045f);
   for (int i = 0; i < slats; ++i) {
     const float z = (static_cast<float>(i) + 0.5f) * h / static_cast<float>(slats);
-    BoxOptions options;
-    options.bevel_m = 0.0015f;
-    shutter.Add(RoundedBox({leaf - 2 * bar + 0.006f, 0.036f, 0.005f}, options)
+    shutter.Add(RoundedBox({leaf - 2 * bar + 0.006f, 0.036f, 0.005f}, {.bevel_m = 0.0015f})
                     .TurnedX(0.7f)
                     .Moved(0.5f * leaf, 0.5f * thick, z));
   }

@@ -24,15 +24,6 @@ struct WindowParams {
 };
 Asset MakeWindow(const WindowParams& params);
 Asset SampleWindow(Rng& rng);
-
-// A handle, rail or row of hooks.
-struct HardwareParams {
-  float length_m = 0.2f;
-  float rod_m = 0.007f;  // Radius.
-  int form = 0;          // 0 bar handle, 1 bow handle, 2 towel rail, 3 row of hooks, 4 lever.
-  uint64_t seed = 0;
-};
-Asset MakeHardware(const HardwareParams& params);
 Asset SampleHardware(Rng& rng);
 
 }  // namespace parallax

@@ -1,12 +1,28 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/furniture/chairs.h"
+#include "worker/assets/asset_families.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
+
+// The base, and whether there is a low back.
+enum class BarChairStyle { kFourLegs, kPedestal, kLowBack, kCount };
+
+// A high stool at bar or counter height.
+struct BarChairParams {
+  BarChairStyle style = BarChairStyle::kFourLegs;
+  float seat_height_m = 0.74f;  // [0.62, 0.82]
+  float seat_width_m = 0.36f;
+  bool round_seat = true;
+  bool padded = true;
+  LegStyle legs = LegStyle::kRound;
+  int leg_variant = 0;
+  uint64_t seed = 0;
+};
 
 // Dimensions and slots that the parts of a bar chair share.
 struct BarChair {
@@ -49,10 +65,9 @@ void AddRoundCushion(AssetBuilder& b, const BarChair& c) {
                                        {0.75f * r, pad + 0.002f},
                                        {0, pad + 0.01f}},
                                  0.016f, 5);
-  LatheOptions options;
-  options.modulate = [&](float a, float z) {
+  const LatheOptions options{.modulate = [&](float a, float z) {
     return 1 + 0.008f * noise.At({4 * std::cos(a), 4 * std::sin(a), z * 30});
-  };
+  }};
   b.Add(Lathe(profile, options).Moved(0, 0, c.h - pad), c.seat);
   b.Add(Ring(CirclePath(r + 0.001f, c.h - pad + 0.012f), 0.004f), c.seat);
 }
@@ -186,8 +201,6 @@ void AddLowBack(AssetBuilder& b, const BarChair& c) {
   }
 }
 
-}  // namespace
-
 Asset MakeBarChair(const BarChairParams& p) {
   AssetBuilder b(p.seed);
   const BarChair chair(p);
@@ -199,17 +212,18 @@ Asset MakeBarChair(const BarChairParams& p) {
   return b.Finish();
 }
 
+}  // namespace
+
 Asset SampleBarChair(Rng& rng) {
-  BarChairParams p;
-  p.style = DrawEnum<BarChairStyle>(rng, static_cast<int>(BarChairStyle::kCount));
-  p.seat_height_m = Draw(rng, 0.63, 0.8);
-  p.seat_width_m = Draw(rng, 0.33, 0.4);
-  p.round_seat = rng.Bernoulli(0.6);
-  p.padded = rng.Bernoulli(0.6);
-  p.legs = DrawEnum<LegStyle>(rng, static_cast<int>(LegStyle::kCount));
-  p.leg_variant = rng.UniformInt(0, 11);
-  p.seed = rng.Seed();
-  return MakeBarChair(p);
+  return MakeBarChair(
+      {.style = DrawEnum<BarChairStyle>(rng, static_cast<int>(BarChairStyle::kCount)),
+       .seat_height_m = Draw(rng, 0.63, 0.8),
+       .seat_width_m = Draw(rng, 0.33, 0.4),
+       .round_seat = rng.Bernoulli(0.6),
+       .padded = rng.Bernoulli(0.6),
+       .legs = DrawEnum<LegStyle>(rng, static_cast<int>(LegStyle::kCount)),
+       .leg_variant = rng.UniformInt(0, 11),
+       .seed = rng.Seed()});
 }
 
 }  // namespace parallax

@@ -4,18 +4,25 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/furniture/beds.h"
+#include "worker/assets/asset_families.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
+namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
+
+// A stuffed pillow, lying flat.
+struct PillowParams {
+  float width_m = 0.6f, depth_m = 0.4f, height_m = 0.14f;
+  float flange_m = 0.0f;  // A flat border; 0 = none.
+  uint64_t seed = 0;
+};
 
 Asset MakePillow(const PillowParams& p) {
   AssetBuilder b(p.seed);
   const Noise noise(p.seed);
-  PillowOptions o;
-  o.pieces = 36;
-  o.wrinkle_m = 0.006f;
+  const PillowOptions o{.wrinkle_m = 0.006f, .pieces = 36};
   // The pillow lies on its belly, which flattens, and the corners sink.
   const auto settle = [&](const Vec3f& q) {
     const float u = 2 * q.x() / p.width_m, v = 2 * q.y() / p.depth_m;
@@ -41,30 +48,12 @@ Asset MakePillow(const PillowParams& p) {
               0.003f * noise.At(q * 30);
       q = settle(q);
     }
-    SweepOptions flat;
-    flat.closed = true;
-    flat.keep_up = true;
-    flat.up = Vec3f::UnitZ();
-    b.Add(Sweep(rim, RectSection(2 * p.flange_m, 0.004f, 0.0015f, 1), flat), FabricSlot("pillow"));
+    b.Add(Sweep(rim, RectSection(2 * p.flange_m, 0.004f, 0.0015f, 1),
+                {.closed = true, .up = Vec3f::UnitZ(), .keep_up = true}),
+          FabricSlot("pillow"));
   }
   return b.Finish();
 }
-
-Asset SamplePillow(Rng& rng) {
-  PillowParams p;
-  if (rng.Bernoulli(0.5)) {
-    p.width_m = p.depth_m = Draw(rng, 0.38, 0.52);
-  } else {
-    p.width_m = Draw(rng, 0.5, 0.75);
-    p.depth_m = Draw(rng, 0.34, 0.48);
-  }
-  p.height_m = Draw(rng, 0.11, 0.18);
-  p.flange_m = rng.Bernoulli(0.35) ? Draw(rng, 0.02, 0.035) : 0.0f;
-  p.seed = rng.Seed();
-  return MakePillow(p);
-}
-
-namespace {
 
 // A cloth seen from the side: its middle line, thickened by `thick` to both sides, swept `width`
 // along x. z = 0 is the middle line's lowest level.
@@ -95,6 +84,22 @@ Shape ClothStrip(const Path2& side, float thick, float width, int pieces) {
   }
   return strip.Bent([&](const Vec3f& q) { return Vec3f(q.z() - 0.5f * width, q.x(), q.y()); });
 }
+
+// How a cloth lies: folded to and fro in layers, rolled up, several folded ones stacked, or thrown
+// down in a heap.
+enum class FoldStyle { kFolded, kRolled, kStacked, kThrown, kCount };
+
+// Folded, rolled or thrown cloths: blankets and towels.
+struct BlanketParams {
+  FoldStyle style = FoldStyle::kFolded;
+  float width_m = 0.5f, depth_m = 0.4f;  // Folded size; length and width if rolled.
+  int layers = 4;                        // Or turns of the roll.
+  float layer_m = 0.022f;
+  int stack = 1;       // Folded cloths on each other.
+  float fringe_m = 0;  // Threads along the front edge of a folded one; 0 = hemmed.
+  bool terry = false;  // A towel's cloth.
+  uint64_t seed = 0;
+};
 
 // A serpentine with round turns, folded edge at the front.
 Path2 Serpentine(const BlanketParams& p, Rng& rng) {
@@ -204,8 +209,6 @@ Shape Fringe(const BlanketParams& p, Rng& rng) {
   return fringe;
 }
 
-}  // namespace
-
 Asset MakeBlanket(const BlanketParams& p) {
   AssetBuilder b(p.seed);
   Rng rng(SceneSeed{p.seed}, "layers");
@@ -237,6 +240,22 @@ Asset MakeBlanket(const BlanketParams& p) {
     }
   }
   return b.Finish();
+}
+
+}  // namespace
+
+Asset SamplePillow(Rng& rng) {
+  PillowParams p;
+  if (rng.Bernoulli(0.5)) {
+    p.width_m = p.depth_m = Draw(rng, 0.38, 0.52);
+  } else {
+    p.width_m = Draw(rng, 0.5, 0.75);
+    p.depth_m = Draw(rng, 0.34, 0.48);
+  }
+  p.height_m = Draw(rng, 0.11, 0.18);
+  p.flange_m = rng.Bernoulli(0.35) ? Draw(rng, 0.02, 0.035) : 0.0f;
+  p.seed = rng.Seed();
+  return MakePillow(p);
 }
 
 Asset SampleBlanket(Rng& rng) {

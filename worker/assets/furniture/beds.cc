@@ -1,6 +1,8 @@
+// Beds and what lies on them.
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/asset_families.h"
 #include "worker/assets/furniture/bed_parts.h"
 
 namespace parallax {
@@ -97,10 +99,7 @@ void AddPillows(AssetBuilder& b, const BedParams& p, float top, Rng& rng) {
   const float pw = p.width_m > 1.3f ? 0.46f * p.width_m : 0.68f, pd = 0.46f;
   for (int i = 0; i < pillows; ++i) {
     const float x = pillows == 2 ? (i == 0 ? -0.25f : 0.25f) * p.width_m : 0.0f;
-    PillowOptions o;
-    o.wrinkle_m = 0.006f;
-    o.corner_pull = 0.05f;
-    b.Add(Pillow(pw, pd, 0.17f, o, Noise(rng))
+    b.Add(Pillow(pw, pd, 0.17f, {.wrinkle_m = 0.006f, .corner_pull = 0.05f}, Noise(rng))
               .TurnedX(-0.18f)
               .TurnedZ(Draw(rng, -0.06, 0.06))
               .Moved(x + Draw(rng, -0.02, 0.02), -0.5f * p.length_m + 0.27f, top + 0.072f),
@@ -194,28 +193,24 @@ void AddBedding(AssetBuilder& b, const BedParams& p, const BedLayout& l) {
           Slot("throw", {"fabric"}));
 }
 
-}  // namespace
-
+// The head is at -y, so the foot faces +y.
 Asset MakeBed(const BedParams& p) {
   AssetBuilder b(p.seed);
   const BedLayout layout(p);
   AddBedFrame(b, p, layout);
   AddHeadboard(b, p, layout);
   if (p.mattress) {
-    MattressParams m;
-    m.width_m = p.width_m;
-    m.length_m = p.length_m;
-    m.height_m = p.mattress_m;
-    m.top = p.bedding ? MattressTop::kPlain : MattressTop::kLozenges;
-    m.seed = p.seed;
-    b.Add(MattressBody(m).Moved(0, 0, layout.slats),
+    b.Add(MattressBody({.width_m = p.width_m,
+                        .length_m = p.length_m,
+                        .height_m = p.mattress_m,
+                        .top = p.bedding ? MattressTop::kPlain : MattressTop::kLozenges,
+                        .seed = p.seed})
+              .Moved(0, 0, layout.slats),
           {Slot("mattress", {"fabric"}), Slot("mattress_side", {"fabric"})});
   }
   if (p.bedding) AddBedding(b, p, layout);
   return b.Finish();
 }
-
-namespace {
 
 BedParams DrawBed(Rng& rng) {
   BedParams p;
@@ -234,8 +229,6 @@ BedParams DrawBed(Rng& rng) {
   return p;
 }
 
-}  // namespace
-
 Asset SampleBed(Rng& rng) { return MakeBed(DrawBed(rng)); }
 
 Asset SampleBedFrame(Rng& rng) {
@@ -243,6 +236,8 @@ Asset SampleBedFrame(Rng& rng) {
   p.mattress = p.bedding = false;
   return MakeBed(p);
 }
+
+}  // namespace
 
 void RegisterBeds(std::vector<AssetClass>& classes) {
   classes.push_back({"Bed", "beds", Placement::kFloorAgainstWall, true, 0.6f, SampleBed,

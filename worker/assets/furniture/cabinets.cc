@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/furniture/storage.h"
+#include "worker/assets/asset_families.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
@@ -9,6 +10,25 @@ namespace {
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
 constexpr float kBoard = 0.019f;
+
+// A cabinet with doors and drawers: wardrobe, chest, kitchen unit.
+struct CabinetParams {
+  float width_m = 0.9f;
+  float depth_m = 0.45f;
+  float height_m = 1.9f;
+  int columns = 2;      // Doors side by side.
+  int drawer_rows = 0;  // Rows of drawers below the doors (wardrobe) or instead of them (chest).
+  bool doors = true;
+  float leg_m = 0.0f;
+  LegStyle legs = LegStyle::kTapered;
+  bool crown = false;
+  bool top_overhang = true;
+  FrontStyle fronts = FrontStyle::kShaker;
+  HandleStyle handles = HandleStyle::kKnob;
+  bool worktop = false;    // A kitchen's: stone slab, recessed plinth, back panel.
+  bool sink_side = false;  // Drawers in one column, doors in the others.
+  uint64_t seed = 0;
+};
 
 // The fronts of one column, from the top down: `rows` drawers (taller downwards) or one door.
 struct FrontPlacer {
@@ -151,8 +171,6 @@ void AddCabinetFronts(AssetBuilder& b, const Cabinet& c) {
   }
 }
 
-}  // namespace
-
 Asset MakeCabinet(const CabinetParams& p) {
   AssetBuilder b(p.seed);
   const Cabinet cabinet(p);
@@ -199,9 +217,7 @@ Asset SampleSingleCabinet(Rng& rng) {
 }
 
 Asset SampleKitchenCabinet(Rng& rng) {
-  CabinetParams p;
-  p.worktop = true;
-  p.columns = rng.UniformInt(2, 5);
+  CabinetParams p{.columns = rng.UniformInt(2, 5), .worktop = true};
   p.width_m = static_cast<float>(p.columns) * Draw(rng, 0.42, 0.6);
   p.depth_m = Draw(rng, 0.56, 0.63);
   p.height_m = Draw(rng, 0.86, 0.93);
@@ -212,6 +228,8 @@ Asset SampleKitchenCabinet(Rng& rng) {
   p.seed = rng.Seed();
   return MakeCabinet(p);
 }
+
+}  // namespace
 
 void RegisterStorage(std::vector<AssetClass>& classes) {
   classes.push_back({"SimpleBookcase", "storage", Placement::kFloorAgainstWall, true, 0.5f,

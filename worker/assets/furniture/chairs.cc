@@ -1,8 +1,8 @@
-#include "worker/assets/furniture/chairs.h"
-
+// Seats for one person without thick upholstery: dining chairs, office chairs, bar stools.
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/asset_families.h"
 #include "worker/assets/furniture/chair_kinds.h"
 
 namespace parallax {
@@ -53,11 +53,7 @@ void AddChairSeat(AssetBuilder& b, const ChairParams& p, const ChairFrame& f, co
           FabricSlot("seat"));
     return;
   }
-  BoxOptions box;
-  box.bevel_m = 0.007f;
-  box.bevel_steps = 2;
-  box.pieces = {14, 14, 1};
-  Shape board = RoundedBox(size, box);
+  Shape board = RoundedBox(size, {.bevel_m = 0.007f, .bevel_steps = 2, .pieces = {14, 14, 1}});
   // Hollowed for sitting, mostly towards the back.
   board = board.Bent([&](const Vec3f& q) {
     const float u = 2 * q.x() / size.x(), v = 2 * q.y() / size.y();
@@ -103,10 +99,7 @@ void AddBackPosts(AssetBuilder& b, const ChairParams& p, const ChairFrame& f) {
     const float z = p.back_height_m * static_cast<float>(i) / 18.0f;
     post.emplace_back(f.back_x, f.post_y(z), z);
   }
-  SweepOptions options;
-  options.up = Vec3f::UnitY();
-  options.keep_up = true;
-  options.end_round_m = 0.006f;
+  SweepOptions options{.end_round_m = 0.006f, .up = Vec3f::UnitY(), .keep_up = true};
   const float seat_t = f.seat_top / p.back_height_m;
   const auto taper = SmoothThrough({{0.0f, 0.62f}, {seat_t, 1.0f}, {1.0f, 0.66f}});
   options.scale = [=](float s) { return Vec2f(0.5f + 0.5f * taper(s), taper(s)); };
@@ -233,10 +226,9 @@ void AddCrossedBack(AssetBuilder& b, const ChairBack& back) {
                   z = Lerp(low + 0.01f, top - 0.06f, t);
       path.emplace_back(x, back.BowedY(x, z) + 0.004f * side, z);
     }
-    SweepOptions options;
-    options.up = Vec3f::UnitY();
-    options.keep_up = true;
-    b.Add(Sweep(path, RectSection(0.026f, 0.014f, 0.003f, 2), options), back.wood);
+    b.Add(Sweep(path, RectSection(0.026f, 0.014f, 0.003f, 2),
+                {.up = Vec3f::UnitY(), .keep_up = true}),
+          back.wood);
   }
 }
 
@@ -273,8 +265,6 @@ void AddChairBack(AssetBuilder& b, const ChairBack& back, const Noise& noise) {
       return AddUprightBack(b, back, back.p.style == ChairStyle::kSlat);
   }
 }
-
-}  // namespace
 
 Asset MakeChair(const ChairParams& p) {
   AssetBuilder b(p.seed);
@@ -324,6 +314,8 @@ Asset SampleChair(Rng& rng) {
   p.seed = rng.Seed();
   return MakeChair(p);
 }
+
+}  // namespace
 
 void RegisterChairs(std::vector<AssetClass>& classes) {
   classes.push_back({"Chair", "seating", Placement::kFloor, true, 0.4f, SampleChair,

@@ -2,13 +2,28 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/furniture/tables.h"
+#include "worker/assets/asset_families.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
-
 namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
+
+// Construction of a desk.
+enum class DeskStyle { kLegs, kPedestals, kWriting, kSawhorse, kCount };
+
+// A desk; its user sits at +y.
+struct DeskParams {
+  DeskStyle style = DeskStyle::kLegs;
+  float width_m = 1.3f;
+  float depth_m = 0.65f;
+  float height_m = 0.74f;
+  HandleStyle handles = HandleStyle::kBar;
+  FrontStyle fronts = FrontStyle::kFlat;
+  LegStyle legs = LegStyle::kTapered;
+  uint64_t seed = 0;
+};
 
 // Dimensions and slots that the parts of a desk share: half width and depth, the top's underside.
 struct Desk {
@@ -104,8 +119,6 @@ void AddDeskLegs(AssetBuilder& b, const Desk& k) {
   }
 }
 
-}  // namespace
-
 Asset MakeDesk(const DeskParams& p) {
   AssetBuilder b(p.seed);
   const Desk desk(p);
@@ -125,9 +138,10 @@ Asset MakeDesk(const DeskParams& p) {
   return b.Finish();
 }
 
+}  // namespace
+
 Asset SampleSimpleDesk(Rng& rng) {
-  DeskParams p;
-  p.style = DrawEnum<DeskStyle>(rng, static_cast<int>(DeskStyle::kCount));
+  DeskParams p{.style = DrawEnum<DeskStyle>(rng, static_cast<int>(DeskStyle::kCount))};
   p.width_m = p.style == DeskStyle::kPedestals ? Draw(rng, 1.4, 1.7) : Draw(rng, 1.0, 1.6);
   p.depth_m = Draw(rng, 0.55, 0.78);
   p.height_m = Draw(rng, 0.72, 0.77);

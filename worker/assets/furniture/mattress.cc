@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/asset_families.h"
 #include "worker/assets/furniture/bed_parts.h"
 
 namespace parallax {
@@ -56,9 +57,7 @@ Shape CarryStraps(const MattressParams& p) {
         p.length_m * ((static_cast<float>(k) + 0.5f) / static_cast<float>(p.straps) - 0.5f);
     for (const float s : {-1.0f, 1.0f}) {
       const float x = 0.5f * p.width_m;
-      SweepOptions options;
-      options.up = Vec3f::UnitZ();
-      options.keep_up = true;
+      const SweepOptions options{.up = Vec3f::UnitZ(), .keep_up = true};
       straps.Add(Sweep(Spline(Path3{{s * (x - 0.002f), y - half, z},
                                     {s * (x + 0.006f), y - 0.6f * half, z},
                                     {s * (x + 0.009f), y, z - 0.004f},
@@ -85,9 +84,7 @@ void GroupSides(Shape& shape, float half_height) {
 
 Shape MattressBody(const MattressParams& p) {
   const Noise noise(p.seed);
-  BoxOptions box;
-  box.bevel_m = 0.045f;
-  box.bevel_steps = 3;
+  BoxOptions box{.bevel_m = 0.045f, .bevel_steps = 3};
   const bool worked = p.top != MattressTop::kPlain;
   box.pieces = {worked ? static_cast<int>(p.width_m / 0.03f) : 24,
                 worked ? static_cast<int>(p.length_m / 0.03f) : 28, 2};

@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/furniture/chairs.h"
+#include "worker/assets/asset_families.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
@@ -9,6 +10,18 @@ namespace {
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
 constexpr float kOfficeSeatDepth = 0.48f, kOfficeBackWidth = 0.46f;
+
+// A swivel chair on a five-spoke base.
+struct OfficeChairParams {
+  float seat_width_m = 0.50f;
+  float seat_height_m = 0.48f;
+  float back_height_m = 0.56f;  // Above the seat.
+  float base_radius_m = 0.32f;
+  bool mesh_back = false;  // A framed net instead of a cushion.
+  bool arms = true;
+  bool headrest = false;
+  uint64_t seed = 0;
+};
 
 // Dimensions and slots that the parts of an office chair share.
 struct OfficeChair {
@@ -37,12 +50,8 @@ struct OfficeChair {
 };
 
 CushionOptions OfficeUpholstery() {
-  CushionOptions soft;
-  soft.edge_radius_m = 0.03f;
-  soft.bulge_top_m = 0.014f;
-  soft.wrinkle_m = 0.0015f;
-  soft.target_edge_m = 0.026f;
-  return soft;
+  return {
+      .edge_radius_m = 0.03f, .bulge_top_m = 0.014f, .wrinkle_m = 0.0015f, .target_edge_m = 0.026f};
 }
 
 // Two wheels on an axle, and the stem that holds them below the end of an arm.
@@ -111,10 +120,7 @@ void AddOfficeSeat(AssetBuilder& b, const OfficeChair& c) {
             .Bent(waterfall)
             .Moved(0, 0.01f, c.p.seat_height_m - 0.04f),
         c.fabric);
-  BoxOptions tray;
-  tray.bevel_m = 0.007f;
-  tray.pieces = {10, 12, 1};
-  b.Add(RoundedBox({w - 0.03f, d - 0.03f, 0.016f}, tray)
+  b.Add(RoundedBox({w - 0.03f, d - 0.03f, 0.016f}, {.bevel_m = 0.007f, .pieces = {10, 12, 1}})
             .Bent(waterfall)
             .Moved(0, 0.01f, c.under + 0.016f),
         c.plastic);
@@ -189,9 +195,7 @@ void AddPaddedBack(AssetBuilder& b, const OfficeChair& c) {
 
 // The spine from the mechanism to the back, and the bar that holds a net's frame.
 void AddSpine(AssetBuilder& b, const OfficeChair& c) {
-  SweepOptions options;
-  options.keep_up = true;
-  options.up = Vec3f::UnitX();
+  const SweepOptions options{.up = Vec3f::UnitX(), .keep_up = true};
   const float reach = 0.45f * c.back_height;
   const Vec3f hold = c.BackAt(0, reach) + Vec3f(0, c.p.mesh_back ? -0.012f : -0.028f, 0);
   const Path3 curve = Spline(Path3{{0, -0.08f, c.under - 0.012f},
@@ -226,22 +230,17 @@ void AddOfficeArms(AssetBuilder& b, const OfficeChair& c) {
   const Path3 post = Filleted(
       Path3{{0.12f, -0.04f, c.under - 0.005f}, {x, -0.04f, c.under - 0.005f}, {x, -0.04f, z}},
       0.05f, 6);
-  SweepOptions flat;
-  flat.up = Vec3f::UnitY();
-  flat.keep_up = true;
-  b.AddMirroredX(Sweep(post, RectSection(0.026f, 0.05f, 0.008f, 3), flat), c.plastic);
-  BoxOptions rest;
-  rest.bevel_m = 0.013f;
-  rest.bevel_steps = 2;
-  rest.pieces = {2, 10, 1};
-  const Shape pad = RoundedBox({0.085f, 0.26f, 0.03f}, rest).Bent([](const Vec3f& q) {
-    return Vec3f(q.x() * (1 - 2.2f * std::abs(q.y()) * std::abs(q.y())), q.y(),
-                 q.z() - 0.6f * q.y() * q.y());
-  });
+  b.AddMirroredX(
+      Sweep(post, RectSection(0.026f, 0.05f, 0.008f, 3), {.up = Vec3f::UnitY(), .keep_up = true}),
+      c.plastic);
+  const Shape pad = RoundedBox({0.085f, 0.26f, 0.03f},
+                               {.bevel_m = 0.013f, .bevel_steps = 2, .pieces = {2, 10, 1}})
+                        .Bent([](const Vec3f& q) {
+                          return Vec3f(q.x() * (1 - 2.2f * std::abs(q.y()) * std::abs(q.y())),
+                                       q.y(), q.z() - 0.6f * q.y() * q.y());
+                        });
   b.AddMirroredX(pad.Moved(x, -0.01f, z + 0.012f), Slot("armrest", {"HousingPlastic", "leather"}));
 }
-
-}  // namespace
 
 Asset MakeOfficeChair(const OfficeChairParams& p) {
   AssetBuilder b(p.seed);
@@ -256,17 +255,17 @@ Asset MakeOfficeChair(const OfficeChairParams& p) {
   return b.Finish();
 }
 
+}  // namespace
+
 Asset SampleOfficeChair(Rng& rng) {
-  OfficeChairParams p;
-  p.seat_width_m = Draw(rng, 0.47, 0.53);
-  p.seat_height_m = Draw(rng, 0.43, 0.53);
-  p.back_height_m = Draw(rng, 0.48, 0.68);
-  p.base_radius_m = Draw(rng, 0.29, 0.34);
-  p.mesh_back = rng.Bernoulli(0.5);
-  p.arms = rng.Bernoulli(0.75);
-  p.headrest = rng.Bernoulli(0.3);
-  p.seed = rng.Seed();
-  return MakeOfficeChair(p);
+  return MakeOfficeChair({.seat_width_m = Draw(rng, 0.47, 0.53),
+                          .seat_height_m = Draw(rng, 0.43, 0.53),
+                          .back_height_m = Draw(rng, 0.48, 0.68),
+                          .base_radius_m = Draw(rng, 0.29, 0.34),
+                          .mesh_back = rng.Bernoulli(0.5),
+                          .arms = rng.Bernoulli(0.75),
+                          .headrest = rng.Bernoulli(0.3),
+                          .seed = rng.Seed()});
 }
 
 }  // namespace parallax

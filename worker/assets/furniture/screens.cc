@@ -2,7 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/building/wall_pieces.h"
+#include "worker/assets/asset_families.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
@@ -10,6 +11,16 @@ namespace {
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
 constexpr float kGlassFront = 0.012f;  // y of the bezel's front.
+
+// A television or monitor.
+struct ScreenParams {
+  float diagonal_m = 1.2f;
+  float aspect = 16.0f / 9;
+  float bezel_m = 0.012f;
+  int stand = 0;         // 0 neck and foot, 1 two feet, 2 arm on a foot, 3 slab.
+  float lift_m = 0.08f;  // Lower edge above what it stands on.
+  uint64_t seed = 0;
+};
 
 // Dimensions and slots that the parts of a screen share: height and width of the picture; bezel
 // and chin; thickness of the panel and of the bump behind it; lower edge and middle height.
@@ -44,10 +55,7 @@ void AddScreenPanel(AssetBuilder& b, const Screen& s) {
 // The back swells where the electronics are; a badge in front, vents behind.
 void AddScreenHousing(AssetBuilder& b, const Screen& s) {
   const float w = s.w, h = s.h, thin = s.thin, bump = s.bump, mid = s.mid;
-  BoxOptions box;
-  box.bevel_m = 0.012f;
-  box.bevel_steps = 2;
-  b.Add(RoundedBox({0.7f * w, bump + 0.01f, 0.55f * h}, box)
+  b.Add(RoundedBox({0.7f * w, bump + 0.01f, 0.55f * h}, {.bevel_m = 0.012f, .bevel_steps = 2})
             .Moved(0, -0.5f * thin - 0.5f * bump + 0.006f, mid - 0.12f * h),
         s.body);
   b.Add(Board({-0.012f, kGlassFront - 0.001f, s.low + 0.4f * s.chin},
@@ -120,8 +128,6 @@ void AddScreenStand(AssetBuilder& b, const Screen& s, int stand) {
   }
 }
 
-}  // namespace
-
 Asset MakeScreen(const ScreenParams& p) {
   AssetBuilder b(p.seed);
   const Screen screen(p);
@@ -131,10 +137,10 @@ Asset MakeScreen(const ScreenParams& p) {
   return b.Finish();
 }
 
+}  // namespace
+
 Asset SampleTv(Rng& rng) {
-  ScreenParams p;
-  p.diagonal_m = 0.0254f * Draw(rng, 32, 65);
-  p.bezel_m = Draw(rng, 0.007, 0.02);
+  ScreenParams p{.diagonal_m = 0.0254f * Draw(rng, 32, 65), .bezel_m = Draw(rng, 0.007, 0.02)};
   const int stands[] = {0, 1, 3};
   p.stand = stands[rng.UniformInt(0, 2)];
   p.lift_m = Draw(rng, 0.05, 0.09);
@@ -143,8 +149,7 @@ Asset SampleTv(Rng& rng) {
 }
 
 Asset SampleMonitor(Rng& rng) {
-  ScreenParams p;
-  p.diagonal_m = 0.0254f * Draw(rng, 20, 32);
+  ScreenParams p{.diagonal_m = 0.0254f * Draw(rng, 20, 32)};
   const float aspects[] = {16.0f / 9, 16.0f / 10, 21.0f / 9};
   p.aspect = aspects[rng.UniformInt(0, 2)];
   p.bezel_m = Draw(rng, 0.006, 0.018);

@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/furniture/storage.h"
+#include "worker/assets/asset_families.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
@@ -20,6 +21,27 @@ std::vector<float> Divide(float from, float to, int count, float unevenness, Rng
   for (int i = 0; i < count; ++i) out.push_back(out.back() + (to - from) * weight[i] / sum);
   return out;
 }
+
+// An upright carcass of boards with columns and rows of cells.
+struct ShelfParams {
+  float width_m = 0.8f;
+  float depth_m = 0.3f;
+  float height_m = 1.8f;
+  float board_m = 0.02f;
+  int columns = 1;
+  int rows = 5;
+  float plinth_m = 0.06f;  // Height of the recessed base; 0 with legs.
+  float leg_m = 0.0f;      // Height of legs instead of a plinth.
+  LegStyle legs = LegStyle::kTapered;
+  bool back = true;
+  bool cornice = false;      // A moulding on top and a face frame.
+  float unevenness = 0.15f;  // How much the rows' heights differ.
+  int drawers_low = 0;       // The lowest rows closed by drawers...
+  int doors_low = 0;         // ...or by doors.
+  FrontStyle fronts = FrontStyle::kFlat;
+  HandleStyle handles = HandleStyle::kKnob;
+  uint64_t seed = 0;
+};
 
 // Dimensions and slots that the parts of a shelf share: half width and depth, board, the sides'
 // lower edge, the lowest board's, the top.
@@ -162,8 +184,6 @@ Shape Cornice(const Shelf& s) {
   return moulding.Creased(0.5f);
 }
 
-}  // namespace
-
 Asset MakeShelf(const ShelfParams& p) {
   AssetBuilder b(p.seed);
   Rng rng(SceneSeed{p.seed}, "shelf");
@@ -181,88 +201,17 @@ Asset MakeShelf(const ShelfParams& p) {
   return b.Finish();
 }
 
-Asset SampleSimpleBookcase(Rng& rng) {
-  ShelfParams p;
-  p.width_m = Draw(rng, 0.6, 1.0);
-  p.depth_m = Draw(rng, 0.26, 0.36);
-  p.height_m = Draw(rng, 0.9, 2.0);
-  p.board_m = Draw(rng, 0.018, 0.026);
-  p.rows = std::max(2, static_cast<int>(p.height_m / Draw(rng, 0.3, 0.4)));
-  p.plinth_m = Draw(rng, 0.04, 0.09);
-  if (rng.Bernoulli(0.25)) p.leg_m = Draw(rng, 0.1, 0.18);
-  p.cornice = p.leg_m == 0 && rng.Bernoulli(0.35);
-  p.doors_low = rng.Bernoulli(0.2) ? 1 : 0;
-  p.fronts = DrawEnum<FrontStyle>(rng, static_cast<int>(FrontStyle::kCount));
-  p.handles = rng.Bernoulli(0.6) ? HandleStyle::kKnob : HandleStyle::kBow;
-  p.seed = rng.Seed();
-  return MakeShelf(p);
-}
-
-Asset SampleLargeShelf(Rng& rng) {
-  ShelfParams p;
-  p.columns = rng.UniformInt(2, 4);
-  p.width_m = static_cast<float>(p.columns) * Draw(rng, 0.45, 0.68);
-  p.depth_m = Draw(rng, 0.3, 0.4);
-  p.height_m = Draw(rng, 1.8, 2.3);
-  p.board_m = Draw(rng, 0.02, 0.034);
-  p.rows = rng.UniformInt(5, 7);
-  p.cornice = rng.Bernoulli(0.4);
-  if (rng.Bernoulli(0.5))
-    p.doors_low = 1;
-  else
-    p.drawers_low = rng.UniformInt(0, 2);
-  if (p.doors_low + p.drawers_low > 0) p.unevenness = 0.1f;
-  p.fronts = DrawEnum<FrontStyle>(rng, static_cast<int>(FrontStyle::kCount));
-  p.handles = DrawEnum<HandleStyle>(rng, static_cast<int>(HandleStyle::kCount));
-  p.seed = rng.Seed();
-  return MakeShelf(p);
-}
-
-Asset SampleCellShelf(Rng& rng) {
-  ShelfParams p;
-  p.columns = rng.UniformInt(2, 5);
-  p.rows = rng.UniformInt(2, 5);
-  const float cell = Draw(rng, 0.32, 0.4);
-  p.board_m = Draw(rng, 0.02, 0.04);
-  p.width_m = cell * static_cast<float>(p.columns) + p.board_m;
-  const bool legs = rng.Bernoulli(0.35);
-  p.leg_m = legs ? Draw(rng, 0.1, 0.2) : 0.0f;
-  p.plinth_m = 0;
-  p.height_m = cell * static_cast<float>(p.rows) + p.board_m + p.leg_m;
-  p.depth_m = Draw(rng, 0.32, 0.4);
-  p.unevenness = 0;
-  p.back = rng.Bernoulli(0.4);
-  p.drawers_low = rng.Bernoulli(0.3) ? 1 : 0;
-  p.handles = HandleStyle::kKnob;
-  p.seed = rng.Seed();
-  return MakeShelf(p);
-}
-
-Asset SampleTVStand(Rng& rng) {
-  ShelfParams p;
-  p.columns = rng.UniformInt(2, 4);
-  p.width_m = Draw(rng, 1.2, 1.9);
-  p.depth_m = Draw(rng, 0.36, 0.46);
-  p.leg_m = rng.Bernoulli(0.6) ? Draw(rng, 0.1, 0.2) : 0.0f;
-  p.height_m = Draw(rng, 0.36, 0.46) + p.leg_m;
-  p.legs = DrawEnum<LegStyle>(rng, 3);
-  p.board_m = Draw(rng, 0.02, 0.032);
-  p.plinth_m = Draw(rng, 0.03, 0.06);
-  p.rows = 2;
-  p.unevenness = 0.2f;
-  if (rng.Bernoulli(0.5))
-    p.drawers_low = 1;
-  else
-    p.doors_low = rng.UniformInt(0, 1);
-  p.fronts = DrawEnum<FrontStyle>(rng, static_cast<int>(FrontStyle::kCount));
-  p.handles = DrawEnum<HandleStyle>(rng, static_cast<int>(HandleStyle::kCount));
-  p.seed = rng.Seed();
-  return MakeShelf(p);
-}
-
-namespace {
-
 constexpr float kTriangleBoard = 0.022f;
+
+// Boards in a corner or between A-frames: a shelf that narrows upwards.
+struct TriangleShelfParams {
+  float width_m = 0.6f;
+  float depth_m = 0.4f;
+  float height_m = 1.6f;
+  int rows = 4;
+  bool ladder = true;  // A-frame ladders; false: a corner shelf with triangular boards.
+  uint64_t seed = 0;
+};
 
 // Two A-frames; boards between them get shallower upwards.
 void AddLadderShelf(AssetBuilder& b, const TriangleShelfParams& p) {
@@ -332,17 +281,92 @@ void AddCornerShelf(AssetBuilder& b, const TriangleShelfParams& p) {
   }
 }
 
-}  // namespace
-
 Asset MakeTriangleShelf(const TriangleShelfParams& p) {
   AssetBuilder b(p.seed);
   p.ladder ? AddLadderShelf(b, p) : AddCornerShelf(b, p);
   return b.Finish();
 }
 
+}  // namespace
+
+Asset SampleSimpleBookcase(Rng& rng) {
+  ShelfParams p;
+  p.width_m = Draw(rng, 0.6, 1.0);
+  p.depth_m = Draw(rng, 0.26, 0.36);
+  p.height_m = Draw(rng, 0.9, 2.0);
+  p.board_m = Draw(rng, 0.018, 0.026);
+  p.rows = std::max(2, static_cast<int>(p.height_m / Draw(rng, 0.3, 0.4)));
+  p.plinth_m = Draw(rng, 0.04, 0.09);
+  if (rng.Bernoulli(0.25)) p.leg_m = Draw(rng, 0.1, 0.18);
+  p.cornice = p.leg_m == 0 && rng.Bernoulli(0.35);
+  p.doors_low = rng.Bernoulli(0.2) ? 1 : 0;
+  p.fronts = DrawEnum<FrontStyle>(rng, static_cast<int>(FrontStyle::kCount));
+  p.handles = rng.Bernoulli(0.6) ? HandleStyle::kKnob : HandleStyle::kBow;
+  p.seed = rng.Seed();
+  return MakeShelf(p);
+}
+
+Asset SampleLargeShelf(Rng& rng) {
+  ShelfParams p{.columns = rng.UniformInt(2, 4)};
+  p.width_m = static_cast<float>(p.columns) * Draw(rng, 0.45, 0.68);
+  p.depth_m = Draw(rng, 0.3, 0.4);
+  p.height_m = Draw(rng, 1.8, 2.3);
+  p.board_m = Draw(rng, 0.02, 0.034);
+  p.rows = rng.UniformInt(5, 7);
+  p.cornice = rng.Bernoulli(0.4);
+  if (rng.Bernoulli(0.5))
+    p.doors_low = 1;
+  else
+    p.drawers_low = rng.UniformInt(0, 2);
+  if (p.doors_low + p.drawers_low > 0) p.unevenness = 0.1f;
+  p.fronts = DrawEnum<FrontStyle>(rng, static_cast<int>(FrontStyle::kCount));
+  p.handles = DrawEnum<HandleStyle>(rng, static_cast<int>(HandleStyle::kCount));
+  p.seed = rng.Seed();
+  return MakeShelf(p);
+}
+
+Asset SampleCellShelf(Rng& rng) {
+  ShelfParams p{.columns = rng.UniformInt(2, 5), .rows = rng.UniformInt(2, 5)};
+  const float cell = Draw(rng, 0.32, 0.4);
+  p.board_m = Draw(rng, 0.02, 0.04);
+  p.width_m = cell * static_cast<float>(p.columns) + p.board_m;
+  const bool legs = rng.Bernoulli(0.35);
+  p.leg_m = legs ? Draw(rng, 0.1, 0.2) : 0.0f;
+  p.plinth_m = 0;
+  p.height_m = cell * static_cast<float>(p.rows) + p.board_m + p.leg_m;
+  p.depth_m = Draw(rng, 0.32, 0.4);
+  p.unevenness = 0;
+  p.back = rng.Bernoulli(0.4);
+  p.drawers_low = rng.Bernoulli(0.3) ? 1 : 0;
+  p.handles = HandleStyle::kKnob;
+  p.seed = rng.Seed();
+  return MakeShelf(p);
+}
+
+Asset SampleTVStand(Rng& rng) {
+  ShelfParams p;
+  p.columns = rng.UniformInt(2, 4);
+  p.width_m = Draw(rng, 1.2, 1.9);
+  p.depth_m = Draw(rng, 0.36, 0.46);
+  p.leg_m = rng.Bernoulli(0.6) ? Draw(rng, 0.1, 0.2) : 0.0f;
+  p.height_m = Draw(rng, 0.36, 0.46) + p.leg_m;
+  p.legs = DrawEnum<LegStyle>(rng, 3);
+  p.board_m = Draw(rng, 0.02, 0.032);
+  p.plinth_m = Draw(rng, 0.03, 0.06);
+  p.rows = 2;
+  p.unevenness = 0.2f;
+  if (rng.Bernoulli(0.5))
+    p.drawers_low = 1;
+  else
+    p.doors_low = rng.UniformInt(0, 1);
+  p.fronts = DrawEnum<FrontStyle>(rng, static_cast<int>(FrontStyle::kCount));
+  p.handles = DrawEnum<HandleStyle>(rng, static_cast<int>(HandleStyle::kCount));
+  p.seed = rng.Seed();
+  return MakeShelf(p);
+}
+
 Asset SampleTriangleShelf(Rng& rng) {
-  TriangleShelfParams p;
-  p.ladder = rng.Bernoulli(0.5);
+  TriangleShelfParams p{.ladder = rng.Bernoulli(0.5)};
   p.width_m = p.ladder ? Draw(rng, 0.5, 0.8) : Draw(rng, 0.32, 0.45);
   p.depth_m = Draw(rng, 0.36, 0.5);
   p.height_m = Draw(rng, 1.3, 1.9);

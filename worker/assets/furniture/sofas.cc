@@ -1,9 +1,10 @@
-#include "worker/assets/furniture/sofas.h"
-
+// Upholstered seats: armchairs and sofas of one to four places, straight or L-shaped.
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/asset_families.h"
 #include "worker/assets/kernel/subdivide.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
@@ -24,6 +25,33 @@ Shape Padded(const Vec3f& size, float radius, const Noise& noise, float target_e
   o.target_edge_m = target_edge;
   return Cushion(size, o, noise);
 }
+
+enum class BackStyle { kLoose, kTight, kPillows, kCount };
+
+// Forms of arm rests.
+enum class ArmStyle { kTrack, kRolled, kFlared, kSlope, kWood, kCount };
+
+// A sofa; an armchair is one of one place.
+struct SofaParams {
+  int places = 3;               // Seat cushions, [1, 4].
+  float place_m = 0.62f;        // Width of a seat cushion.
+  float seat_depth_m = 0.58f;   // In front of the back cushions, [0.5, 0.68].
+  float seat_height_m = 0.43f;  // Top of the cushion, [0.38, 0.48].
+  float back_height_m = 0.82f;  // [0.7, 1.0]
+  float arm_height_m = 0.62f;
+  float arm_width_m = 0.16f;
+  float cushion_m = 0.16f;  // Thickness of the seat cushions.
+  ArmStyle arms = ArmStyle::kTrack;
+  BackStyle back = BackStyle::kLoose;
+  LegStyle legs = LegStyle::kTapered;
+  float leg_height_m = 0.11f;
+  float piping_m = 0.0f;  // Radius of the seam cord; 0 = none.
+  bool tufted = false;    // Buttons in a tight back.
+  bool barrel = false;    // One shell, round in plan, instead of arms and back.
+  bool chaise = false;    // The last place is drawn out to lie on.
+  int throw_pillows = 0;  // Small cushions of another cloth.
+  uint64_t seed = 0;
+};
 
 struct SofaFrame {
   explicit SofaFrame(const SofaParams& p)
@@ -91,10 +119,8 @@ void AddArms(AssetBuilder& b, const SofaParams& p, const SofaFrame& f, const Noi
                                       {x + 0.002f, f.front - 0.06f, p.arm_height_m},
                                       {x, f.front + 0.015f, p.arm_height_m - 0.012f}},
                                 6);
-      SweepOptions flat;
-      flat.keep_up = true;
-      flat.end_round_m = 0.012f;
-      arm.Add(Sweep(path, RectSection(0.062f, 0.028f, 0.011f, 3), flat));
+      arm.Add(Sweep(path, RectSection(0.062f, 0.028f, 0.011f, 3),
+                    {.end_round_m = 0.012f, .keep_up = true}));
       arm.Add(Board({x - 0.014f, f.rear + 0.08f, f.floor + 0.02f},
                     {x + 0.014f, f.front - 0.05f, f.floor + 0.09f}, 0.004f));
       break;
@@ -192,10 +218,9 @@ void AddBackCushions(AssetBuilder& b, const SofaParams& p, const SofaFrame& f) {
   for (int i = 0; i < count; ++i) {
     const float x = -f.inner + each * (static_cast<float>(i) + 0.5f);
     const Noise own(p.seed + 31 * static_cast<uint64_t>(i) + 7);
-    PillowOptions pillow;
-    pillow.wrinkle_m = 0.008f;
-    const Shape pad = pillows ? Pillow(each + 0.01f, tall + 0.02f, 0.24f, pillow, own)
-                              : Cushion({each - 0.008f, tall, kBackCushion}, soft, own);
+    const Shape pad = pillows
+                          ? Pillow(each + 0.01f, tall + 0.02f, 0.24f, {.wrinkle_m = 0.008f}, own)
+                          : Cushion({each - 0.008f, tall, kBackCushion}, soft, own);
     const float tilt = 0.2f + 0.03f * own.At({0.5f, 0.3f, 0.1f});
     b.Add(pad.TurnedX(-0.5f * kPi + tilt)
               .TurnedY(0.03f * own.At({1.7f, 0.2f, 0.4f}))
@@ -297,8 +322,6 @@ void AddSofaLegs(AssetBuilder& b, const SofaParams& p, const SofaFrame& f, float
   }
 }
 
-}  // namespace
-
 Asset MakeSofa(const SofaParams& p) {
   AssetBuilder b(p.seed);
   const Noise noise(p.seed);
@@ -329,8 +352,6 @@ Asset MakeSofa(const SofaParams& p) {
   return b.Finish();
 }
 
-namespace {
-
 SofaParams SampleCommon(Rng& rng) {
   SofaParams p;
   p.seat_depth_m = Draw(rng, 0.52, 0.62);
@@ -348,8 +369,6 @@ SofaParams SampleCommon(Rng& rng) {
   if (p.arms == ArmStyle::kRolled) p.arm_width_m = Draw(rng, 0.17, 0.22);
   return p;
 }
-
-}  // namespace
 
 Asset SampleSofa(Rng& rng) {
   SofaParams p = SampleCommon(rng);
@@ -379,6 +398,8 @@ Asset SampleArmChair(Rng& rng) {
   p.seed = rng.Seed();
   return MakeSofa(p);
 }
+
+}  // namespace
 
 void RegisterSofas(std::vector<AssetClass>& classes) {
   classes.push_back({"ArmChair", "seating", Placement::kFloor, true, 0.5f, SampleArmChair,

@@ -195,9 +195,7 @@ void AddTrumpet(AssetBuilder& b, const TableParams& p, float spread) {
                                      {0.32f * r, under - 0.006f},
                                      {0.36f * r, under}},
                                6);
-  LatheOptions options;
-  options.segments = 56;
-  b.Add(Lathe(profile, options), Slot("frame", {"metal", "plastic", "paint"}));
+  b.Add(Lathe(profile, {.segments = 56}), Slot("frame", {"metal", "plastic", "paint"}));
 }
 
 void AddPedestal(AssetBuilder& b, const TableParams& p) {
@@ -299,11 +297,9 @@ void AddSledge(AssetBuilder& b, const TableParams& p) {
     if ((q - ring.back()).norm() > 1e-5f) ring.push_back(q);
   }
   ring.pop_back();
-  SweepOptions options;
-  options.closed = true;
-  options.keep_up = true;
-  options.up = Vec3f::UnitX();
-  b.AddMirroredX(Sweep(ring, RectSection(t, 1.5f * t, 0.004f, 2), options), metal);
+  b.AddMirroredX(Sweep(ring, RectSection(t, 1.5f * t, 0.004f, 2),
+                       {.closed = true, .up = Vec3f::UnitX(), .keep_up = true}),
+                 metal);
   b.Add(Board({-x, -0.03f, under - 0.03f}, {x, 0.03f, under}, 0.003f), metal);
 }
 

@@ -1,7 +1,7 @@
-#include "worker/assets/furniture/tables.h"
-
+// Tables: dining, standing (cocktail), coffee, side; desks.
 #include <algorithm>
 
+#include "worker/assets/asset_families.h"
 #include "worker/assets/furniture/table_bases.h"
 
 namespace parallax {
@@ -42,8 +42,6 @@ void AddTableTop(AssetBuilder& b, const TableParams& p) {
   }
   b.Add(Extrude(TopOutline(p), p.top_m, std::min(0.006f, 0.3f * p.top_m)).Moved(0, 0, z), slot);
 }
-
-}  // namespace
 
 Asset MakeTable(const TableParams& p) {
   AssetBuilder b(p.seed);
@@ -107,8 +105,7 @@ Asset SampleCoffeeTable(Rng& rng) {
 
 // Small and high, for glasses and elbows.
 Asset SampleTableCocktail(Rng& rng) {
-  TableParams p;
-  p.height_m = Draw(rng, 0.98, 1.12);
+  TableParams p{.height_m = Draw(rng, 0.98, 1.12)};
   const TopStyle tops[] = {TopStyle::kRound, TopStyle::kSquare, TopStyle::kRounded,
                            TopStyle::kPlanks};
   p.top = rng.Pick(tops);
@@ -154,6 +151,8 @@ Asset SampleSideTable(Rng& rng) {
   p.seed = rng.Seed();
   return MakeTable(p);
 }
+
+}  // namespace
 
 void RegisterTables(std::vector<AssetClass>& classes) {
   classes.push_back({"TableDining", "tables", Placement::kFloor, true, 0.6f, SampleTableDining,

@@ -11,10 +11,7 @@ using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 // A hollowed plank, narrower behind, its outline a superellipse.
 void AddPlank(AssetBuilder& b, const ChairParams& p, float thick) {
   const float w = 0.5f * p.width_m, d = 0.5f * p.depth_m;
-  BoxOptions box;
-  box.bevel_m = 0.014f;
-  box.bevel_steps = 2;
-  box.pieces = {18, 18, 1};
+  const BoxOptions box{.bevel_m = 0.014f, .bevel_steps = 2, .pieces = {18, 18, 1}};
   Shape seat = RoundedBox({2.0f, 2.0f, thick}, box).Bent([&](const Vec3f& q) {
     // Square to superellipse, keeping the rounded edge.
     const float u = std::clamp(q.x(), -1.0f, 1.0f), v = std::clamp(q.y(), -1.0f, 1.0f);

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <string_view>
 
-#include "worker/assets/household/misc.h"
+#include "worker/assets/asset_families.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
@@ -48,9 +49,8 @@ Shape CurlingRibbon(const Vec3f& from, float length, const Noise& noise) {
                                 sway * noise.At({3 * t, 7.3f, 0}) + 0.012f * std::cos(19 * t) * t,
                                 -length * t));
   }
-  SweepOptions options;
-  options.twist_rad = [](float t) { return 9 * t; };
-  return Sweep(path, RectSection(0.006f, 0.0009f, 0.0003f, 1), options);
+  return Sweep(path, RectSection(0.006f, 0.0009f, 0.0003f, 1),
+               {.twist_rad = [](float t) { return 9 * t; }});
 }
 
 // Half of a balloon of radius `r`, its neck down.
@@ -141,6 +141,14 @@ void AddGlyph(AssetBuilder& b, std::string_view strokes, float x, const FoilFont
   finish();
 }
 
+// A few balloons.
+struct BalloonParams {
+  bool letters = false;  // Foil letters or numbers, else rubber ones on ribbons.
+  int count = 2;
+  float height_m = 0.45f;  // Height of a letter.
+  uint64_t seed = 0;
+};
+
 void AddFoilLetters(AssetBuilder& b, const BalloonParams& p, const Noise& noise, Rng& rng) {
   const float h = p.height_m;
   const FoilFont font{h, h / 6, Draw(rng, 0.085, 0.105) * h, noise};
@@ -151,8 +159,6 @@ void AddFoilLetters(AssetBuilder& b, const BalloonParams& p, const Noise& noise,
     x -= 4 * font.unit * 0.95f + 3.1f * font.radius;
   }
 }
-
-}  // namespace
 
 Asset MakeBalloon(const BalloonParams& p) {
   AssetBuilder b(p.seed);
@@ -170,9 +176,10 @@ Asset MakeBalloon(const BalloonParams& p) {
   return asset;
 }
 
+}  // namespace
+
 Asset SampleBalloon(Rng& rng) {
-  BalloonParams p;
-  p.letters = rng.Bernoulli(0.5);
+  BalloonParams p{.letters = rng.Bernoulli(0.5)};
   p.count = rng.UniformInt(1, p.letters ? 3 : 4);
   p.height_m = Draw(rng, 0.35, 0.6);
   p.seed = rng.Seed();

@@ -1,18 +1,28 @@
-#include "worker/assets/household/books.h"
-
+// Books: one, a stack, a row.
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "worker/assets/asset_families.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
+// One closed book.
+struct BookParams {
+  float width_m = 0.15f;       // Spine to fore-edge, along x.
+  float height_m = 0.22f;      // Head to tail, along y.
+  float thickness_m = 0.025f;  // Along z.
+  bool hardcover = true;       // Boards that stand over the block, a rounded spine.
+  uint64_t seed = 0;
+};
+
 BookParams DrawBook(Rng& rng) {
-  BookParams p;
-  p.height_m = Draw(rng, 0.17, 0.3);
+  BookParams p{.height_m = Draw(rng, 0.17, 0.3)};
   p.width_m = p.height_m * Draw(rng, 0.62, 0.78);
   p.thickness_m = Draw(rng, 0.012, 0.05);
   p.hardcover = rng.Bernoulli(0.6);
@@ -104,9 +114,7 @@ Shape PrintedCover(const BookParams& p, float board, bool alone) {
 
 // The block of pages: its fore-edge follows the rounded spine in a hollow.
 Shape PageBlock(const BookParams& p, float board, float stand) {
-  BoxOptions box;
-  box.bevel_m = 0;
-  box.pieces = {1, 1, 6};
+  const BoxOptions box{.bevel_m = 0, .pieces = {1, 1, 6}};
   const float inner = p.thickness_m - 2 * board;
   const Vec3f size(p.width_m - board - stand - 0.0005f, p.height_m - 2 * stand, inner - 0.0001f);
   const float hollow = p.hardcover ? std::min(0.22f * inner, 0.005f) : 0.0f;
@@ -138,8 +146,7 @@ Eigen::Affine3f At(const Vec3f& origin, float turn_z) {
   return place;
 }
 
-}  // namespace
-
+// Lies on its back cover, spine at -x.
 Asset MakeBook(const BookParams& p) {
   AssetBuilder b(p.seed);
   AddBook(b, p, Eigen::Affine3f::Identity(), 0);
@@ -198,6 +205,8 @@ Asset SampleBookColumn(Rng& rng) {
   }
   return b.Finish();
 }
+
+}  // namespace
 
 void RegisterBooks(std::vector<AssetClass>& classes) {
   classes.push_back({"Book", "books", Placement::kOnTop, true, 0, SampleBook,

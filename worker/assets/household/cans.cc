@@ -1,8 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/household/packages.h"
+#include "worker/assets/asset_families.h"
 #include "worker/assets/household/vessel_parts.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
@@ -92,6 +93,17 @@ Shape BentLid(float r, float h) {
       .Moved(0, -0.97f * r, h - 0.0015f);
 }
 
+enum class CanStyle { kDrink, kSlimDrink, kTin, kFlatTin, kFishTin, kSpray, kCount };
+
+// A can or tin.
+struct CanParams {
+  CanStyle style = CanStyle::kDrink;
+  float radius_m = 0.033f;  // Half of the width for the fish tin.
+  float height_m = 0.12f;
+  bool opened = false;  // A tin's lid bent up, a drink's tab raised.
+  uint64_t seed = 0;
+};
+
 void AddFishTin(AssetBuilder& b, const CanParams& p) {
   const float w = 2 * p.radius_m, d = 0.62f * w, h = p.height_m;
   Shape body = Extrude(RectSection(w, d, 0.3f * d, 8), h - 0.002f, 0.002f).Moved(0, 0, 0.001f);
@@ -119,12 +131,11 @@ void AddSprayCan(AssetBuilder& b, const CanParams& p) {
                       {0.62f * r, p1 + 0.016f},
                       {0.6f * r, p1 + 0.02f},
                       {0, p1 + 0.02f}};
-  LatheOptions options;
-  options.segments = 56;
-  options.print_from_z = p0;
-  options.print_to_z = p1;
-  options.print_repeats = LabelCopies(r, p1 - p0);
-  b.Add(Lathe(profile, options), {Tinplate(), PictureSlot("label")});
+  b.Add(Lathe(profile, {.segments = 56,
+                        .print_from_z = p0,
+                        .print_to_z = p1,
+                        .print_repeats = LabelCopies(r, p1 - p0)}),
+        {Tinplate(), PictureSlot("label")});
   const MaterialSlot plastic = PlasticSlot("cap");
   if (p.opened) {
     // The nozzle.
@@ -140,8 +151,6 @@ void AddSprayCan(AssetBuilder& b, const CanParams& p) {
           plastic);
   }
 }
-
-}  // namespace
 
 Asset MakeCan(const CanParams& p) {
   AssetBuilder b(p.seed);
@@ -175,9 +184,10 @@ Asset MakeCan(const CanParams& p) {
   return b.Finish();
 }
 
+}  // namespace
+
 Asset SampleCan(Rng& rng) {
-  CanParams p;
-  p.style = DrawEnum<CanStyle>(rng, static_cast<int>(CanStyle::kCount));
+  CanParams p{.style = DrawEnum<CanStyle>(rng, static_cast<int>(CanStyle::kCount))};
   switch (p.style) {
     case CanStyle::kDrink:
       p.height_m = Draw(rng, 0.098, 0.165);

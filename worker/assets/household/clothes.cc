@@ -2,8 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/household/textiles.h"
+#include "worker/assets/asset_families.h"
 #include "worker/assets/kernel/subdivide.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
@@ -62,6 +63,18 @@ Shape Garment(int columns, int rows, const std::function<bool(int, int)>& keep,
 // four at each side.
 constexpr int kTrunkRows = 7, kArmpit = 5, kSleeve = 4, kHalf = 3;
 
+// A shirt or vest, lying flat.
+struct ShirtParams {
+  float width_m = 0.5f, length_m = 0.68f;         // Size of the trunk.
+  float sleeve_m = 0.2f;                          // 0 = a vest.
+  float cuff_m = 0.14f;                           // Width of the sleeve's end.
+  float droop_rad = 0.5f, droop_left_rad = 0.5f;  // Angles of the sleeves below the shoulder line.
+  float neck_m = 0.09f;                           // Depth of the neck's cut.
+  float flare = 1.0f;                             // The hem's width in parts of the trunk's.
+  bool collar = false;                            // With a strip of buttons.
+  uint64_t seed = 0;
+};
+
 Laid ShirtPoint(const ShirtParams& p, int i, int j) {
   const int k = i - kSleeve - kHalf;  // From the middle.
   const float side = k < 0 ? -1.0f : 1.0f, w = 0.5f * p.width_m, h = p.length_m;
@@ -95,8 +108,6 @@ Laid ShirtPoint(const ShirtParams& p, int i, int j) {
   return {{side * lies.x(), lies.y()}, {side * straight.x(), straight.y()}};
 }
 
-}  // namespace
-
 Asset MakeShirt(const ShirtParams& p) {
   AssetBuilder b(p.seed);
   Rng rng(SceneSeed{p.seed}, "shirt");
@@ -119,8 +130,7 @@ Asset MakeShirt(const ShirtParams& p) {
                                   {-0.2f * w, 0.5f * (0.965f * h + low), 0.025f},
                                   {-0.34f * w, 0.965f * h, 0.02f}},
                             6);
-  SweepOptions flat;
-  flat.keep_up = true;
+  const SweepOptions flat{.keep_up = true};
   b.Add(Sweep(band, RectSection(0.022f, 0.006f, 0.0025f, 2), flat), cloth);
   if (p.collar) {
     const Path2 point{{0.02f, low - 0.045f},
@@ -144,21 +154,15 @@ Asset MakeShirt(const ShirtParams& p) {
   return b.Finish();
 }
 
-Asset SampleShirt(Rng& rng) {
-  ShirtParams p;
-  p.width_m = Draw(rng, 0.46, 0.58);
-  p.length_m = Draw(rng, 0.6, 0.74);
-  const int kind = rng.UniformInt(0, 3);  // T-shirt, long sleeves, with collar, vest.
-  p.sleeve_m = kind == 0 ? Draw(rng, 0.16, 0.24) : (kind == 3 ? 0.0f : Draw(rng, 0.44, 0.54));
-  p.cuff_m = kind == 0 ? Draw(rng, 0.14, 0.17) : Draw(rng, 0.1, 0.12);
-  p.droop_rad = Draw(rng, 0.35, 0.85);
-  p.droop_left_rad = Draw(rng, 0.35, 0.85);
-  p.neck_m = kind == 2 ? 0.09f : Draw(rng, 0.06, 0.16);
-  p.flare = Draw(rng, 0.9, 1.05);
-  p.collar = kind == 2;
-  p.seed = rng.Seed();
-  return MakeShirt(p);
-}
+// Trousers, lying flat.
+struct PantsParams {
+  float waist_m = 0.38f, length_m = 1.0f;
+  float rise_m = 0.27f;                                 // Waist to crotch.
+  float hem_m = 0.18f;                                  // Width of a leg's end.
+  float spread_right_m = 0.06f, spread_left_m = 0.06f;  // How far each leg lies from the middle.
+  bool belt = false;
+  uint64_t seed = 0;
+};
 
 Asset MakePants(const PantsParams& p) {
   AssetBuilder b(p.seed);
@@ -192,8 +196,7 @@ Asset MakePants(const PantsParams& p) {
   b.Add(Garment(
             5, kRows, [](int i, int j) { return i != 2 || j >= kLegRows; }, laid, 0.016f, noise),
         cloth);
-  SweepOptions flat;
-  flat.keep_up = true;
+  const SweepOptions flat{.keep_up = true};
   const auto band = [&](float y, float half, float width, const MaterialSlot& slot) {
     const Path3 path{{-half, y, 0.02f}, {0, y, 0.025f}, {half, y, 0.02f}};
     b.Add(Sweep(Spline(path, 8), RectSection(width, 0.008f, 0.003f, 2), flat), slot);
@@ -211,9 +214,24 @@ Asset MakePants(const PantsParams& p) {
   return b.Finish();
 }
 
+}  // namespace
+
+Asset SampleShirt(Rng& rng) {
+  ShirtParams p{.width_m = Draw(rng, 0.46, 0.58), .length_m = Draw(rng, 0.6, 0.74)};
+  const int kind = rng.UniformInt(0, 3);  // T-shirt, long sleeves, with collar, vest.
+  p.sleeve_m = kind == 0 ? Draw(rng, 0.16, 0.24) : (kind == 3 ? 0.0f : Draw(rng, 0.44, 0.54));
+  p.cuff_m = kind == 0 ? Draw(rng, 0.14, 0.17) : Draw(rng, 0.1, 0.12);
+  p.droop_rad = Draw(rng, 0.35, 0.85);
+  p.droop_left_rad = Draw(rng, 0.35, 0.85);
+  p.neck_m = kind == 2 ? 0.09f : Draw(rng, 0.06, 0.16);
+  p.flare = Draw(rng, 0.9, 1.05);
+  p.collar = kind == 2;
+  p.seed = rng.Seed();
+  return MakeShirt(p);
+}
+
 Asset SamplePants(Rng& rng) {
-  PantsParams p;
-  p.waist_m = Draw(rng, 0.34, 0.42);
+  PantsParams p{.waist_m = Draw(rng, 0.34, 0.42)};
   const bool shorts = rng.Bernoulli(0.3);
   p.rise_m = Draw(rng, 0.24, 0.3);
   p.length_m = shorts ? p.rise_m + Draw(rng, 0.14, 0.3) : Draw(rng, 0.9, 1.06);

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/household/packages.h"
-#include "worker/assets/household/tableware.h"
+#include "worker/assets/asset_families.h"
 #include "worker/assets/kernel/subdivide.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
@@ -67,7 +67,13 @@ std::function<float(float)> HandleWidth(int style, float width) {
   }
 }
 
-}  // namespace
+// A fork or spoon.
+struct CutleryParams {
+  float length_m = 0.18f;
+  int handle = 0;  // 0 pointed spatula, 1 straight, 2 waisted.
+  int tines = 4;   // Tines of a fork.
+  uint64_t seed = 0;
+};
 
 Asset MakeSpoon(const CutleryParams& p) {
   const float length = p.length_m, start = 0.7f;  // Where the bowl begins.
@@ -106,11 +112,8 @@ Asset MakeSpoon(const CutleryParams& p) {
 }
 
 Asset SampleSpoon(Rng& rng) {
-  CutleryParams p;
-  p.length_m = Draw(rng, 0.13, 0.21);
-  p.handle = rng.UniformInt(0, 2);
-  p.seed = rng.Seed();
-  return MakeSpoon(p);
+  return MakeSpoon(
+      {.length_m = Draw(rng, 0.13, 0.21), .handle = rng.UniformInt(0, 2), .seed = rng.Seed()});
 }
 
 Asset MakeFork(const CutleryParams& p) {
@@ -169,9 +172,16 @@ Asset SampleFork(Rng& rng) {
   return MakeFork(p);
 }
 
-namespace {
-
 constexpr float kKnifeLift = 0.006f;
+
+// A knife.
+struct KnifeParams {
+  float length_m = 0.24f, grip_m = 0.1f;
+  float blade_m = 0.02f;  // Its width.
+  float belly = 0.8f;     // How much the edge curves to the tip.
+  bool kitchen = false;   // Riveted scales instead of a moulded handle.
+  uint64_t seed = 0;
+};
 
 // An outline with a belly, lying flat, thin at the edge.
 Shape KnifeBlade(const KnifeParams& p) {
@@ -198,10 +208,7 @@ Shape KnifeBlade(const KnifeParams& p) {
 void AddKitchenHandle(AssetBuilder& b, const KnifeParams& p, const MaterialSlot& steel) {
   const MaterialSlot scales = Slot("handle", {"wood", "plastic"});
   const float grip = p.grip_m, lift = kKnifeLift;
-  BoxOptions box;
-  box.bevel_m = 0.0045f;
-  box.bevel_steps = 2;
-  box.pieces = {1, 16, 1};
+  const BoxOptions box{.bevel_m = 0.0045f, .bevel_steps = 2, .pieces = {1, 16, 1}};
   const Shape scale = RoundedBox({0.024f, grip, 0.0165f}, box).Bent([&](const Vec3f& q) {
     const float s = q.y() / grip + 0.5f;
     return Vec3f(q.x() * (1 + 0.16f * std::sin(2 * kPi * s + 2.6f)) - 0.004f * std::sin(kPi * s),
@@ -224,17 +231,14 @@ void AddTableHandle(AssetBuilder& b, const KnifeParams& p) {
   Path3 path;
   for (int k = 0; k <= 24; ++k)
     path.emplace_back(0, p.grip_m * static_cast<float>(k) / 24.0f, kKnifeLift + 0.0009f);
-  SweepOptions options;
-  options.keep_up = true;
-  options.end_round_m = 0.003f;
-  options.scale = [&](float t) {
-    return Vec2f(width(t) / (0.05f * length), 0.7f + 0.5f * (1 - t));
-  };
-  b.Add(Sweep(path, RectSection(0.09f * length, 0.007f, 0.003f, 3), options),
-        Slot("handle", {"metal", "plastic"}));
+  b.Add(
+      Sweep(path, RectSection(0.09f * length, 0.007f, 0.003f, 3),
+            {.scale =
+                 [&](float t) { return Vec2f(width(t) / (0.05f * length), 0.7f + 0.5f * (1 - t)); },
+             .end_round_m = 0.003f,
+             .keep_up = true}),
+      Slot("handle", {"metal", "plastic"}));
 }
-
-}  // namespace
 
 Asset MakeKnife(const KnifeParams& p) {
   AssetBuilder b(p.seed);
@@ -245,15 +249,19 @@ Asset MakeKnife(const KnifeParams& p) {
 }
 
 Asset SampleKnife(Rng& rng) {
-  KnifeParams p;
-  p.length_m = Draw(rng, 0.19, 0.3);
-  p.kitchen = rng.Bernoulli(0.5);
+  KnifeParams p{.length_m = Draw(rng, 0.19, 0.3), .kitchen = rng.Bernoulli(0.5)};
   p.grip_m = Draw(rng, 0.36, 0.46) * p.length_m;
   p.blade_m = (p.kitchen ? Draw(rng, 0.06, 0.13) : Draw(rng, 0.036, 0.055)) * p.length_m;
   p.belly = Draw(rng, 0.5, 1.0);
   p.seed = rng.Seed();
   return MakeKnife(p);
 }
+
+// A pair of chopsticks.
+struct ChopsticksParams {
+  float length_m = 0.23f;
+  uint64_t seed = 0;  // How the two lie.
+};
 
 Asset MakeChopsticks(const ChopsticksParams& p) {
   const float length = p.length_m;
@@ -278,11 +286,10 @@ Asset MakeChopsticks(const ChopsticksParams& p) {
 }
 
 Asset SampleChopsticks(Rng& rng) {
-  ChopsticksParams p;
-  p.length_m = Draw(rng, 0.2, 0.25);
-  p.seed = rng.Seed();
-  return MakeChopsticks(p);
+  return MakeChopsticks({.length_m = Draw(rng, 0.2, 0.25), .seed = rng.Seed()});
 }
+
+}  // namespace
 
 void RegisterTableware(std::vector<AssetClass>& classes) {
   const auto add = [&](const char* name, Asset (*sample)(Rng&), const SizeRange& size) {

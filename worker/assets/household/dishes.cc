@@ -1,12 +1,22 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/household/tableware.h"
+#include "worker/assets/asset_families.h"
 #include "worker/assets/household/vessel_parts.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
+namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
+
+// An open bowl.
+struct BowlParams {
+  float radius_m = 0.1f, height_m = 0.07f;
+  int form = 0;      // 0 flaring, 1 straight-sided, 2 on a foot.
+  int scallops = 0;  // Waves of the rim; 0 = round.
+  uint64_t seed = 0;
+};
 
 Asset MakeBowl(const BowlParams& p) {
   const float r = p.radius_m, h = p.height_m;
@@ -20,8 +30,7 @@ Asset MakeBowl(const BowlParams& p) {
     wall = Profile(
         {{0.4f, 0}, {0.42f, 0.12f}, {0.6f, 0.2f}, {0.86f, 0.5f}, {0.92f, 0.85f}, {1.02f, 1}}, r, h,
         7);
-  LatheOptions options;
-  options.segments = 72;
+  LatheOptions options{.segments = 72};
   if (scallops > 0) {
     options.modulate = [&](float a, float z) {
       return 1 + 0.03f * Smooth01(z / h) * std::cos(static_cast<float>(scallops) * a);
@@ -33,15 +42,13 @@ Asset MakeBowl(const BowlParams& p) {
   return b.Finish();
 }
 
-Asset SampleBowl(Rng& rng) {
-  BowlParams p;
-  p.radius_m = Draw(rng, 0.065, 0.16);
-  p.height_m = p.radius_m * Draw(rng, 0.5, 0.9);
-  p.form = rng.UniformInt(0, 2);
-  p.scallops = rng.Bernoulli(0.25) ? rng.UniformInt(8, 14) : 0;
-  p.seed = rng.Seed();
-  return MakeBowl(p);
-}
+// A plate.
+struct PlateParams {
+  float radius_m = 0.13f, height_m = 0.022f;
+  bool coupe = false;   // Without a rim.
+  bool square = false;  // In plan, with round corners.
+  uint64_t seed = 0;
+};
 
 Asset MakePlate(const PlateParams& p) {
   const float r = p.radius_m, h = p.height_m;
@@ -56,8 +63,7 @@ Asset MakePlate(const PlateParams& p) {
                          {0.86f, 0.75f},
                          {1, 1}},
                         r, h, 6);
-  LatheOptions options;
-  options.segments = 72;
+  LatheOptions options{.segments = 72};
   if (p.square) {
     options.modulate = [](float a, float) {
       const float c = std::abs(std::cos(a)), s = std::abs(std::sin(a));
@@ -67,18 +73,6 @@ Asset MakePlate(const PlateParams& p) {
   b.Add(Lathe(VesselProfile(WithFoot(wall), 0.004f, 0.005f), options), CeramicSlot("body"));
   return b.Finish();
 }
-
-Asset SamplePlate(Rng& rng) {
-  PlateParams p;
-  p.radius_m = Draw(rng, 0.085, 0.15);
-  p.height_m = Draw(rng, 0.016, 0.03);
-  p.coupe = rng.Bernoulli(0.4);
-  p.square = rng.Bernoulli(0.15);
-  p.seed = rng.Seed();
-  return MakePlate(p);
-}
-
-namespace {
 
 MaterialSlot GripSlot() { return Slot("handles", {"metal", "plastic", "wood"}); }
 MaterialSlot PotSlot() { return Slot("body", {"metal", "ceramic"}); }
@@ -134,7 +128,13 @@ void AddPotLid(AssetBuilder& b, float r, float height) {
         GripSlot());
 }
 
-}  // namespace
+// A cooking pot or pan.
+struct PotParams {
+  float radius_m = 0.12f, height_m = 0.13f;
+  bool pan = false;  // One long handle instead of two loops.
+  bool lid = false;
+  uint64_t seed = 0;
+};
 
 Asset MakePot(const PotParams& p) {
   const float r = p.radius_m, height = p.height_m;
@@ -151,32 +151,7 @@ Asset MakePot(const PotParams& p) {
   return b.Finish();
 }
 
-Asset SamplePot(Rng& rng) {
-  PotParams p;
-  p.radius_m = Draw(rng, 0.09, 0.15);
-  p.height_m = p.radius_m * Draw(rng, 0.75, 1.35);
-  p.lid = rng.Bernoulli(0.5);
-  p.seed = rng.Seed();
-  return MakePot(p);
-}
-
-Asset SamplePan(Rng& rng) {
-  PotParams p;
-  p.pan = true;
-  p.radius_m = Draw(rng, 0.09, 0.16);
-  p.height_m = p.radius_m * Draw(rng, 0.3, 0.55);
-  p.seed = rng.Seed();
-  return MakePot(p);
-}
-
-namespace {
-
 void AddScrewCap(AssetBuilder& b, float neck, float h) {
-  LatheOptions knurl;
-  knurl.segments = 120;
-  knurl.modulate = [](float a, float z) {
-    return z > 0.002f && z < 0.014f ? 1 + 0.006f * std::cos(40 * a) : 1.0f;
-  };
   b.Add(Lathe(Filleted(Path2{{0, 0},
                              {neck + 0.003f, 0},
                              {neck + 0.003f, 0.003f},
@@ -184,7 +159,11 @@ void AddScrewCap(AssetBuilder& b, float neck, float h) {
                              {neck + 0.003f, 0.016f},
                              {0, 0.016f}},
                        0.0012f, 3),
-              knurl)
+              {.segments = 120,
+               .modulate =
+                   [](float a, float z) {
+                     return z > 0.002f && z < 0.014f ? 1 + 0.006f * std::cos(40 * a) : 1.0f;
+                   }})
             .Moved(0, 0, h - 0.012f),
         Slot("lid", {"metal", "plastic"}));
 }
@@ -204,7 +183,17 @@ void AddStopper(AssetBuilder& b, float neck, float h) {
         Slot("lid", {"glass", "ceramic"}));
 }
 
-}  // namespace
+// Closures of jars.
+enum class JarClosure { kScrewCap, kCork, kGlassStopper, kCount };
+
+// A storage jar with its contents.
+struct JarParams {
+  float radius_m = 0.045f, height_m = 0.12f;
+  bool square = false;  // In plan, up to the shoulder.
+  JarClosure closure = JarClosure::kScrewCap;
+  float filled = 0.5f;  // Share of the height.
+  uint64_t seed = 0;
+};
 
 Asset MakeJar(const JarParams& p) {
   const float r = p.radius_m, h = p.height_m;
@@ -213,8 +202,7 @@ Asset MakeJar(const JarParams& p) {
   const Path2 wall = Filleted(
       Path2{{0.6f * r, 0}, {r, 0}, {r, 0.5f * h}, {r, 0.84f * h}, {neck, 0.91f * h}, {neck, h}},
       0.16f * r, 5);
-  LatheOptions options;
-  options.segments = 64;
+  LatheOptions options{.segments = 64};
   if (p.square) {
     options.modulate = [&](float a, float z) {
       const float c = std::abs(std::cos(a)), s = std::abs(std::sin(a));
@@ -243,16 +231,12 @@ Asset MakeJar(const JarParams& p) {
   return b.Finish();
 }
 
-Asset SampleJar(Rng& rng) {
-  JarParams p;
-  p.radius_m = Draw(rng, 0.035, 0.06);
-  p.height_m = p.radius_m * Draw(rng, 2.0, 3.4);
-  p.square = rng.Bernoulli(0.35);
-  p.closure = DrawEnum<JarClosure>(rng, static_cast<int>(JarClosure::kCount));
-  p.filled = Draw(rng, 0.35, 0.75);
-  p.seed = rng.Seed();
-  return MakeJar(p);
-}
+// A glass with a stem.
+struct WineglassParams {
+  float height_m = 0.19f, radius_m = 0.038f;
+  int form = 0;  // 0 tulip, 1 flute, 2 coupe.
+  uint64_t seed = 0;
+};
 
 Asset MakeWineglass(const WineglassParams& p) {
   const float h = p.height_m, r = p.radius_m;
@@ -297,14 +281,13 @@ Asset MakeWineglass(const WineglassParams& p) {
   return b.Finish();
 }
 
-Asset SampleWineglass(Rng& rng) {
-  WineglassParams p;
-  p.height_m = Draw(rng, 0.15, 0.23);
-  p.radius_m = p.height_m * Draw(rng, 0.17, 0.23);
-  p.form = rng.UniformInt(0, 2);
-  p.seed = rng.Seed();
-  return MakeWineglass(p);
-}
+// A pot's lid by itself.
+struct LidParams {
+  float radius_m = 0.11f;
+  float dome = 0.2f;  // Height in radii.
+  bool knob = true;   // Else a bow handle.
+  uint64_t seed = 0;
+};
 
 Asset MakeLid(const LidParams& p) {
   const float r = p.radius_m, dome = p.dome;
@@ -355,13 +338,63 @@ Asset MakeLid(const LidParams& p) {
   return b.Finish();
 }
 
-Asset SampleLid(Rng& rng) {
-  LidParams p;
-  p.radius_m = Draw(rng, 0.08, 0.15);
-  p.dome = Draw(rng, 0.13, 0.3);
-  p.knob = rng.Bernoulli(0.5);
+}  // namespace
+
+Asset SampleBowl(Rng& rng) {
+  BowlParams p{.radius_m = Draw(rng, 0.065, 0.16)};
+  p.height_m = p.radius_m * Draw(rng, 0.5, 0.9);
+  p.form = rng.UniformInt(0, 2);
+  p.scallops = rng.Bernoulli(0.25) ? rng.UniformInt(8, 14) : 0;
   p.seed = rng.Seed();
-  return MakeLid(p);
+  return MakeBowl(p);
+}
+
+Asset SamplePlate(Rng& rng) {
+  return MakePlate({.radius_m = Draw(rng, 0.085, 0.15),
+                    .height_m = Draw(rng, 0.016, 0.03),
+                    .coupe = rng.Bernoulli(0.4),
+                    .square = rng.Bernoulli(0.15),
+                    .seed = rng.Seed()});
+}
+
+Asset SamplePot(Rng& rng) {
+  PotParams p{.radius_m = Draw(rng, 0.09, 0.15)};
+  p.height_m = p.radius_m * Draw(rng, 0.75, 1.35);
+  p.lid = rng.Bernoulli(0.5);
+  p.seed = rng.Seed();
+  return MakePot(p);
+}
+
+Asset SamplePan(Rng& rng) {
+  PotParams p{.radius_m = Draw(rng, 0.09, 0.16), .pan = true};
+  p.height_m = p.radius_m * Draw(rng, 0.3, 0.55);
+  p.seed = rng.Seed();
+  return MakePot(p);
+}
+
+Asset SampleJar(Rng& rng) {
+  JarParams p{.radius_m = Draw(rng, 0.035, 0.06)};
+  p.height_m = p.radius_m * Draw(rng, 2.0, 3.4);
+  p.square = rng.Bernoulli(0.35);
+  p.closure = DrawEnum<JarClosure>(rng, static_cast<int>(JarClosure::kCount));
+  p.filled = Draw(rng, 0.35, 0.75);
+  p.seed = rng.Seed();
+  return MakeJar(p);
+}
+
+Asset SampleWineglass(Rng& rng) {
+  WineglassParams p{.height_m = Draw(rng, 0.15, 0.23)};
+  p.radius_m = p.height_m * Draw(rng, 0.17, 0.23);
+  p.form = rng.UniformInt(0, 2);
+  p.seed = rng.Seed();
+  return MakeWineglass(p);
+}
+
+Asset SampleLid(Rng& rng) {
+  return MakeLid({.radius_m = Draw(rng, 0.08, 0.15),
+                  .dome = Draw(rng, 0.13, 0.3),
+                  .knob = rng.Bernoulli(0.5),
+                  .seed = rng.Seed()});
 }
 
 }  // namespace parallax

@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/household/packages.h"
+#include "worker/assets/asset_families.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
@@ -53,7 +54,15 @@ Shape BagShape(const std::function<Vec3f(float u, float v, bool back)>& at, int 
   return bag;
 }
 
-}  // namespace
+enum class FoodBagStyle { kPillow, kPouch, kBlock, kRolled, kCount };
+
+// A bag or pouch.
+struct FoodBagParams {
+  FoodBagStyle style = FoodBagStyle::kPillow;
+  float width_m = 0.17f, height_m = 0.24f, belly_m = 0.06f;
+  bool spout = false;  // Only pouches have one.
+  uint64_t seed = 0;
+};
 
 Asset MakeFoodBag(const FoodBagParams& p) {
   AssetBuilder b(p.seed);
@@ -104,6 +113,8 @@ Asset MakeFoodBag(const FoodBagParams& p) {
   }
   return b.Finish();
 }
+
+}  // namespace
 
 Asset SampleFoodBag(Rng& rng) {
   FoodBagParams p;

@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/household/packages.h"
+#include "worker/assets/asset_families.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
@@ -28,15 +29,23 @@ void AddCarton(AssetBuilder& b, const Shape& carton) {
 
 // Card bulges a little and is never quite flat. Centred on the origin.
 Shape CardBox(const Vec3f& size, const Noise& noise) {
-  BoxOptions box;
-  box.bevel_m = 0.0012f;
-  box.pieces = {8, 4, 10};
+  const BoxOptions box{.bevel_m = 0.0012f, .pieces = {8, 4, 10}};
   return RoundedBox(size, box).Bent([&](const Vec3f& q) {
     const Vec3f u = 2 * q.cwiseQuotient(size);
     const float dome = std::max(0.0f, 1 - u.x() * u.x()) * std::max(0.0f, 1 - u.z() * u.z());
     return Vec3f(q.x(), q.y() + u.y() * 0.003f * dome + 0.0012f * noise.At(q * 14) * dome, q.z());
   });
 }
+
+enum class FoodBoxStyle { kCereal, kGable, kTray, kSlab, kBrick, kCount };
+
+// A carton.
+struct FoodBoxParams {
+  FoodBoxStyle style = FoodBoxStyle::kCereal;
+  float width_m = 0.17f, depth_m = 0.06f, height_m = 0.24f;
+  float flap_rad = 0;  // How far the lid's flap stands open; 0 = shut.
+  uint64_t seed = 0;
+};
 
 // A flap hinged at the upper back edge of a box whose top is at z.
 void AddFlap(AssetBuilder& b, const FoodBoxParams& p, float z) {
@@ -60,10 +69,8 @@ void AddFlap(AssetBuilder& b, const FoodBoxParams& p, float z) {
 // A milk carton: the walls run together to a ridge with a crimped fin; a screw cap on the slope.
 void AddGableCarton(AssetBuilder& b, const FoodBoxParams& p, const Noise& noise) {
   const float w = p.width_m, h = p.height_m, roof = 0.42f * w;
-  BoxOptions box;
-  box.bevel_m = 0.0015f;
-  box.pieces = {6, 8, 12};
-  Shape carton = RoundedBox({w, w, h + roof}, box).Moved(0, 0, 0.5f * (h + roof));
+  Shape carton = RoundedBox({w, w, h + roof}, {.bevel_m = 0.0015f, .pieces = {6, 8, 12}})
+                     .Moved(0, 0, 0.5f * (h + roof));
   carton = carton.Bent([&](const Vec3f& q) {
     const float t = std::clamp((q.z() - h) / roof, 0.0f, 1.0f);
     const float dome = 0.002f * Smooth01(3 * q.z() / h) * (1 - t);
@@ -79,14 +86,12 @@ void AddGableCarton(AssetBuilder& b, const FoodBoxParams& p, const Noise& noise)
               0.0006f),
         Slot("card", {"paper"}));
   const float lean = std::atan2(0.48f * w, roof);
-  LatheOptions knurl;
-  knurl.segments = 72;
-  knurl.modulate = [](float a, float) { return 1 + 0.012f * std::cos(24 * a); };
-  b.Add(
-      Lathe(Filleted(Path2{{0, 0}, {0.016f, 0}, {0.0155f, 0.012f}, {0, 0.012f}}, 0.0012f, 2), knurl)
-          .TurnedX(-lean)
-          .Moved(0, 0.25f * w, h + 0.5f * roof),
-      PlasticSlot("cap"));
+  b.Add(Lathe(Filleted(Path2{{0, 0}, {0.016f, 0}, {0.0155f, 0.012f}, {0, 0.012f}}, 0.0012f, 2),
+              {.segments = 72,
+               .modulate = [](float a, float) { return 1 + 0.012f * std::cos(24 * a); }})
+            .TurnedX(-lean)
+            .Moved(0, 0.25f * w, h + 0.5f * roof),
+        PlasticSlot("cap"));
 }
 
 // An open tray of card with a film over what lies in it.
@@ -97,10 +102,7 @@ void AddTray(AssetBuilder& b, const FoodBoxParams& p, Rng& rng) {
   b.Add(Extrude(outer, t, 0.0005f), card);
   Path3 wall;
   for (const Vec2f& q : outer) wall.emplace_back(0.985f * q.x(), 0.985f * q.y(), 0.5f * h);
-  SweepOptions closed;
-  closed.closed = true;
-  closed.keep_up = true;
-  closed.up = Vec3f::UnitZ();
+  const SweepOptions closed{.closed = true, .up = Vec3f::UnitZ(), .keep_up = true};
   b.Add(Sweep(wall, RectSection(t, h - 0.001f, 0.0004f, 1), closed), card);
   Path3 rim;
   for (const Vec2f& q : outer) rim.emplace_back(q.x(), q.y(), h - 0.001f);
@@ -155,8 +157,6 @@ void AddUprightCarton(AssetBuilder& b, const FoodBoxParams& p, const Noise& nois
   }
 }
 
-}  // namespace
-
 Asset MakeFoodBox(const FoodBoxParams& p) {
   AssetBuilder b(p.seed);
   Rng rng(SceneSeed{p.seed}, "food box");
@@ -178,9 +178,10 @@ Asset MakeFoodBox(const FoodBoxParams& p) {
   return b.Finish();
 }
 
+}  // namespace
+
 Asset SampleFoodBox(Rng& rng) {
-  FoodBoxParams p;
-  p.style = DrawEnum<FoodBoxStyle>(rng, static_cast<int>(FoodBoxStyle::kCount));
+  FoodBoxParams p{.style = DrawEnum<FoodBoxStyle>(rng, static_cast<int>(FoodBoxStyle::kCount))};
   switch (p.style) {
     case FoodBoxStyle::kGable:
       p.width_m = p.depth_m = Draw(rng, 0.068, 0.096);

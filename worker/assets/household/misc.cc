@@ -1,12 +1,23 @@
-#include "worker/assets/household/misc.h"
-
+// Things of no family: pallets, racks, balloons, baskets.
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/asset_families.h"
+#include "worker/assets/parts.h"
+
 namespace parallax {
+namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
+// A wooden pallet for goods.
+struct PalletParams {
+  float width_m = 1.2f, depth_m = 0.8f;
+  int top_boards = 6;
+  uint64_t seed = 0;
+};
+
+// Stretcher boards over nine blocks, nailed.
 Asset MakePallet(const PalletParams& p) {
   const float w = p.width_m, d = p.depth_m;
   AssetBuilder b(p.seed);
@@ -17,8 +28,7 @@ Asset MakePallet(const PalletParams& p) {
   int serial = 0;
   // Rough-sawn: each board a little off and worn at its edges.
   const auto plank = [&](const Vec3f& lo, const Vec3f& hi) {
-    BoxOptions box;
-    box.bevel_m = 0.004f;
+    BoxOptions box{.bevel_m = 0.004f};
     const Vec3f size = hi - lo;
     int longest = 0;
     size.maxCoeff(&longest);
@@ -54,15 +64,20 @@ Asset MakePallet(const PalletParams& p) {
 }
 
 Asset SamplePallet(Rng& rng) {
-  PalletParams p;
-  p.width_m = rng.Bernoulli(0.6) ? 1.2f : 1.0f;
-  p.depth_m = rng.Bernoulli(0.6) ? 0.8f : 1.0f;
-  p.top_boards = rng.UniformInt(5, 8);
-  p.seed = rng.Seed();
-  return MakePallet(p);
+  return MakePallet({.width_m = rng.Bernoulli(0.6) ? 1.2f : 1.0f,
+                     .depth_m = rng.Bernoulli(0.6) ? 0.8f : 1.0f,
+                     .top_boards = rng.UniformInt(5, 8),
+                     .seed = rng.Seed()});
 }
 
-namespace {
+// A woven basket.
+struct BasketParams {
+  float radius_m = 0.16f, height_m = 0.18f;
+  float flare = 0.1f;  // The rim's radius less the base's, in radii.
+  int stakes = 23;     // Uprights; odd, so that each round goes the other way round.
+  bool handles = true;
+  uint64_t seed = 0;
+};
 
 // Radius of a basket, and the thickness of its rods: larger ones are of thicker rods.
 struct Basket {
@@ -104,9 +119,7 @@ Shape BasketWeave(const Basket& basket) {
         basket.Radius(z) + 1.15f * t * std::cos(0.5f * static_cast<float>(basket.p.stakes) * a);
     spiral.emplace_back(rr * std::cos(a), rr * std::sin(a), z);
   }
-  SweepOptions keep;
-  keep.keep_up = true;
-  return Sweep(spiral, EllipseSection(1.6f * t, 1.9f * t, 5), keep);
+  return Sweep(spiral, EllipseSection(1.6f * t, 1.9f * t, 5), {.keep_up = true});
 }
 
 // One of the two twisted rods of the rim.
@@ -133,8 +146,7 @@ Shape BasketHandle(const Basket& basket, float s) {
   return Tube(grip, 1.5f * basket.t, 0, 10);
 }
 
-}  // namespace
-
+// Woven: uprights, weavers that go in and out, a plaited rim.
 Asset MakeBasketBase(const BasketParams& p) {
   AssetBuilder b(p.seed);
   const MaterialSlot wicker = Slot("wicker", {"wood", "bark"});
@@ -151,8 +163,7 @@ Asset MakeBasketBase(const BasketParams& p) {
 }
 
 Asset SampleBasketBase(Rng& rng) {
-  BasketParams p;
-  p.radius_m = Draw(rng, 0.12, 0.2);
+  BasketParams p{.radius_m = Draw(rng, 0.12, 0.2)};
   p.height_m = p.radius_m * Draw(rng, 0.8, 1.5);
   p.flare = Draw(rng, 0.0, 0.25);
   p.stakes = 2 * rng.UniformInt(9, 14) + 1;
@@ -160,6 +171,8 @@ Asset SampleBasketBase(Rng& rng) {
   p.seed = rng.Seed();
   return MakeBasketBase(p);
 }
+
+}  // namespace
 
 void RegisterMisc(std::vector<AssetClass>& classes) {
   classes.push_back({"Pallet", "misc", Placement::kFloor, true, 0, SamplePallet,

@@ -2,12 +2,20 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/household/misc.h"
+#include "worker/assets/asset_families.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
+
+// A storage rack with its load.
+struct RackParams {
+  float width_m = 1.5f, depth_m = 0.6f, height_m = 2.0f;
+  int levels = 3;
+  uint64_t seed = 0;  // Which cartons and bins stand on it.
+};
 
 // Dimensions and slots that the parts of a rack share: half width and depth, the posts' side.
 struct RackFrame {
@@ -106,10 +114,7 @@ void AddBin(AssetBuilder& b, const RackItem& item) {
     add(Board({-0.45f * bw, s * 0.45f * bd, 0}, {0.45f * bw, s * (0.45f * bd - wall), bh}, 0.002f));
   }
   add(Extrude(RectSection(0.9f * bw, 0.9f * bd, 0.02f, 4), wall, 0.001f));
-  SweepOptions closed;
-  closed.closed = true;
-  closed.keep_up = true;
-  closed.up = Vec3f::UnitZ();
+  const SweepOptions closed{.closed = true, .up = Vec3f::UnitZ(), .keep_up = true};
   Path3 rim;
   for (const Vec2f& q : RectSection(0.9f * bw, 0.9f * bd, 0.012f, 3))
     rim.emplace_back(q.x(), q.y(), bh);
@@ -135,8 +140,7 @@ void AddLoad(AssetBuilder& b, const RackFrame& f, float z, Rng& rng) {
   }
 }
 
-}  // namespace
-
+// Steel uprights, beams, wire decks, cartons and bins on them.
 Asset MakeRack(const RackParams& p) {
   AssetBuilder b(p.seed);
   Rng rng(SceneSeed{p.seed}, "load");
@@ -153,14 +157,14 @@ Asset MakeRack(const RackParams& p) {
   return b.Finish();
 }
 
+}  // namespace
+
 Asset SampleRack(Rng& rng) {
-  RackParams p;
-  p.width_m = Draw(rng, 1.2, 1.9);
-  p.depth_m = Draw(rng, 0.5, 0.7);
-  p.height_m = Draw(rng, 1.7, 2.2);
-  p.levels = rng.UniformInt(3, 4);
-  p.seed = rng.Seed();
-  return MakeRack(p);
+  return MakeRack({.width_m = Draw(rng, 1.2, 1.9),
+                   .depth_m = Draw(rng, 0.5, 0.7),
+                   .height_m = Draw(rng, 1.7, 2.2),
+                   .levels = rng.UniformInt(3, 4),
+                   .seed = rng.Seed()});
 }
 
 }  // namespace parallax

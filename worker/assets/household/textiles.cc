@@ -1,5 +1,4 @@
-#include "worker/assets/household/textiles.h"
-
+// Rugs and clothes.
 #include <algorithm>
 #include <cmath>
 
@@ -19,6 +18,18 @@ void MarkBorder(Shape& rug, const std::function<Vec2f(const Vec3f&)>& to_edge) {
   }
 }
 
+// Outlines of rugs; kHide is an animal's skin.
+enum class RugStyle { kSquare, kRound, kOval, kRunner, kHide, kCount };
+
+// A rug; its pattern comes from its material.
+struct RugParams {
+  RugStyle style = RugStyle::kSquare;
+  float width_m = 2.0f, depth_m = 1.4f;
+  float thickness_m = 0.01f;
+  float fringe_m = 0;  // Length of the threads at the short ends; 0 = none.
+  uint64_t seed = 0;
+};
+
 // Lies a little uneven; corners and edges lift here and there.
 Vec3f Laid(const Vec3f& q, const RugParams& p, const Noise& noise) {
   if (q.z() <= 0.5f * p.thickness_m) return q;
@@ -35,8 +46,7 @@ Shape RoundRug(const RugParams& p, const Noise& noise) {
   profile.insert(profile.end(), lip.begin(), lip.end());
   for (int k = 12; k >= 0; --k)
     profile.emplace_back((r - 0.5f * t) * static_cast<float>(k) / 13.0f, t);
-  LatheOptions options;
-  options.segments = 96;
+  LatheOptions options{.segments = 96};
   if (p.style == RugStyle::kHide) {
     // Four legs, a neck and a tail stump.
     options.modulate = [&](float a, float) {
@@ -53,12 +63,10 @@ Shape RoundRug(const RugParams& p, const Noise& noise) {
 }
 
 Shape SquareRug(const RugParams& p, const Noise& noise) {
-  BoxOptions box;
-  box.bevel_m = 0.45f * p.thickness_m;
-  box.bevel_steps = 2;
-  box.pieces = {24, 16, 1};
   Shape rug =
-      RoundedBox({p.width_m, p.depth_m, p.thickness_m}, box).Moved(0, 0, 0.5f * p.thickness_m);
+      RoundedBox({p.width_m, p.depth_m, p.thickness_m},
+                 {.bevel_m = 0.45f * p.thickness_m, .bevel_steps = 2, .pieces = {24, 16, 1}})
+          .Moved(0, 0, 0.5f * p.thickness_m);
   MarkBorder(rug, [&](const Vec3f& q) {
     return Vec2f(0.5f * p.width_m - std::abs(q.x()), 0.5f * p.depth_m - std::abs(q.y()));
   });
@@ -83,8 +91,6 @@ Shape RugFringe(const RugParams& p, Rng& rng) {
   }
   return fringe;
 }
-
-}  // namespace
 
 Asset MakeRug(const RugParams& p) {
   AssetBuilder b(p.seed);
@@ -112,6 +118,8 @@ Asset SampleRug(Rng& rng) {
   p.seed = rng.Seed();
   return MakeRug(p);
 }
+
+}  // namespace
 
 void RegisterTextiles(std::vector<AssetClass>& classes) {
   classes.push_back({"Rug", "textiles", Placement::kFloor, true, 0, SampleRug,

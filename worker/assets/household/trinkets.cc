@@ -1,8 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/asset_families.h"
 #include "worker/assets/kernel/subdivide.h"
-#include "worker/assets/plants/plants.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 namespace {
@@ -94,9 +95,7 @@ void PineCone(AssetBuilder& b, float size, Rng& rng) {
                 z = size * Lerp(0.06f, 0.96f, t);
     const float open = Lerp(-0.15f, 1.15f, t),
                 length = size * Lerp(0.2f, 0.1f, t) * Draw(rng, 0.9, 1.1);
-    BoxOptions box;
-    box.bevel_m = 0.02f * size;
-    box.pieces = {4, 5, 1};
+    const BoxOptions box{.bevel_m = 0.02f * size, .pieces = {4, 5, 1}};
     const Shape scale =
         RoundedBox({0.2f * size * (1.1f - 0.6f * t), length, 0.05f * size}, box)
             .Bent([&](const Vec3f& q) {
@@ -198,10 +197,9 @@ void Coral(AssetBuilder& b, const Vec3f& from, const Vec3f& heading, float lengt
     at += dir * (0.25f * length);
     path.push_back(at);
   }
-  SweepOptions options;
-  options.scale = [](float t) { return Vec2f::Constant(1.0f - 0.25f * t).eval(); };
-  options.end_round_m = 0.6f * radius;
-  out.Add(Sweep(Spline(path, 4), EllipseSection(2 * radius, 2 * radius, 12), options));
+  out.Add(Sweep(Spline(path, 4), EllipseSection(2 * radius, 2 * radius, 12),
+                {.scale = [](float t) { return Vec2f::Constant(1.0f - 0.25f * t).eval(); },
+                 .end_round_m = 0.6f * radius}));
   if (level == 0) return;
   const int children = rng.UniformInt(2, 3);
   for (int c = 0; c < children; ++c) {
@@ -266,7 +264,15 @@ void AddFruit(AssetBuilder& b, int kind, const Vec3f& at, Rng& rng) {
   }
 }
 
-}  // namespace
+// Kinds of small finds.
+enum class Trinket { kSnailShell, kScallop, kPineCone, kPebbles, kCoral, kAnimal, kCount };
+
+// One small find for a shelf.
+struct TrinketParams {
+  Trinket kind = Trinket::kScallop;
+  float size_m = 0.07f;
+  uint64_t seed = 0;
+};
 
 Asset MakeNatureShelfTrinkets(const TrinketParams& p) {
   AssetBuilder b(p.seed);
@@ -335,6 +341,14 @@ Asset SampleNatureShelfTrinkets(Rng& rng) {
   return MakeNatureShelfTrinkets(p);
 }
 
+// A bowl with fruit.
+struct FruitContainerParams {
+  float radius_m = 0.125f;
+  int fruit = 0;  // The most: 0 apples, 1 oranges, 2 pears, 3 lemons.
+  uint64_t seed = 0;
+};
+
+// A bowl of fruit.
 Asset MakeFruitContainer(const FruitContainerParams& p) {
   AssetBuilder b(p.seed);
   Rng rng(SceneSeed{p.seed}, "fruit");
@@ -366,12 +380,11 @@ Asset MakeFruitContainer(const FruitContainerParams& p) {
 }
 
 Asset SampleFruitContainer(Rng& rng) {
-  FruitContainerParams p;
-  p.radius_m = Draw(rng, 0.11, 0.14);
-  p.fruit = rng.UniformInt(0, 3);
-  p.seed = rng.Seed();
-  return MakeFruitContainer(p);
+  return MakeFruitContainer(
+      {.radius_m = Draw(rng, 0.11, 0.14), .fruit = rng.UniformInt(0, 3), .seed = rng.Seed()});
 }
+
+}  // namespace
 
 void RegisterPlants(std::vector<AssetClass>& classes) {
   classes.push_back({"PlantContainer", "plants", Placement::kOnTop, true, 0, SamplePlantContainer,

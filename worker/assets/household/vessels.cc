@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "worker/assets/household/tableware.h"
+#include "worker/assets/asset_families.h"
 #include "worker/assets/household/vessel_parts.h"
 #include "worker/assets/kernel/subdivide.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
-
 namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
@@ -35,14 +35,22 @@ std::vector<std::pair<float, float>> VaseShares(int form) {
   }
 }
 
-}  // namespace
+// A vase, turned about z.
+struct VaseParams {
+  float height_m = 0.3f;
+  float radius_m = 0.09f;  // The widest.
+  int form = 0;            // 0 bottle, 1 amphora, 2 trumpet, 3 gourd, 4 cylinder, 5 ball.
+  int flutes = 0;          // Vertical ribs; 0 = smooth.
+  float twist_rad = 0;     // Twist of the ribs over the height.
+  bool handles = false;
+  uint64_t seed = 0;
+};
 
 Asset MakeVase(const VaseParams& p) {
   AssetBuilder b(p.seed);
   const float r = p.radius_m, h = p.height_m;
   const Path2 wall = Profile(VaseShares(p.form % 6), r, h, p.form % 6 == 4 ? 5 : 7);
-  LatheOptions options;
-  options.segments = p.flutes > 0 ? 96 : 64;
+  LatheOptions options{.segments = p.flutes > 0 ? 96 : 64};
   if (p.flutes > 0) {
     options.modulate = [&](float a, float z) {
       const float t = std::clamp(z / h, 0.0f, 1.0f);
@@ -63,24 +71,24 @@ Asset MakeVase(const VaseParams& p) {
   return b.Finish();
 }
 
-Asset SampleVase(Rng& rng) {
-  VaseParams p;
-  p.form = rng.UniformInt(0, 5);
-  p.height_m = Draw(rng, 0.16, 0.42);
-  p.radius_m = p.height_m * (p.form == 5 ? Draw(rng, 0.42, 0.52) : Draw(rng, 0.22, 0.36));
-  if (rng.Bernoulli(0.35)) p.flutes = rng.UniformInt(6, 16);
-  p.twist_rad = rng.Bernoulli(0.5) ? Draw(rng, 0.2, 0.9) : 0.0f;
-  p.handles = (p.form == 1 || p.form == 0) && p.flutes == 0 && rng.Bernoulli(0.4);
-  p.seed = rng.Seed();
-  return MakeVase(p);
-}
-
-namespace {
-
 // The outside of a bottle from its foot to the lip, and where its label sticks (heights in metres).
 struct BottleWall {
   Path2 wall;
   float label_low = 0, label_high = 0;
+};
+
+// A bottle with cap and label.
+struct BottleParams {
+  float height_m = 0.3f;
+  float radius_m = 0.037f;
+  // 0 wine with shoulders, 1 sloping, 2 beer, 3 water with ribs, 4 soap with pump, 5 oval flask of
+  // washing-up liquid or shampoo.
+  int form = 0;
+  float shoulder = 0;  // The shoulder moves up by this share of the height.
+  float neck = 1;      // Factor on the neck's radius.
+  float square = 0;    // 0 round, 1 nearly square in plan; of a flask: how flat it is.
+  bool label = true;
+  uint64_t seed = 0;
 };
 
 BottleWall MakeBottleWall(const BottleParams& p) {
@@ -164,15 +172,12 @@ void AddClosure(AssetBuilder& b, const BottleParams& p, float nr, float top) {
     b.Add(Lathe(Filleted(Path2{{0, 0}, {0.011f, 0}, {0.0105f, 0.009f}, {0, 0.01f}}, 0.003f, 3))
               .Moved(0, 0, top + 0.026f),
           pump);
-    SweepOptions spout;
-    spout.keep_up = true;
-    spout.end_round_m = 0.002f;
     b.Add(Sweep(Spline(Path3{{0, 0, top + 0.031f},
                              {0, 0.022f, top + 0.031f},
                              {0, 0.038f, top + 0.026f},
                              {0, 0.042f, top + 0.019f}},
                        5),
-                RectSection(0.008f, 0.007f, 0.0025f, 3), spout),
+                RectSection(0.008f, 0.007f, 0.0025f, 3), {.end_round_m = 0.002f, .keep_up = true}),
           pump);
     return;
   }
@@ -243,16 +248,13 @@ Asset MakeFlask(const BottleParams& p) {
   return b.Finish();
 }
 
-}  // namespace
-
 Asset MakeBottle(const BottleParams& p) {
   if (p.form == 5) return MakeFlask(p);
   AssetBuilder b(p.seed);
   const BottleWall body = MakeBottleWall(p);
   const bool plastic = p.form == 3;
   const float shoulder = body.label_high;
-  LatheOptions options;
-  options.segments = p.square > 0 ? 72 : 48;
+  LatheOptions options{.segments = p.square > 0 ? 72 : 48};
   if (plastic || p.square > 0) {
     options.modulate = [&](float a, float z) {
       const float t = z / p.height_m;
@@ -274,25 +276,14 @@ Asset MakeBottle(const BottleParams& p) {
   return b.Finish();
 }
 
-Asset SampleBottle(Rng& rng) {
-  BottleParams p;
-  p.form = rng.UniformInt(0, 5);
-  constexpr double kHeights[][2] = {{0.27, 0.34}, {0.27, 0.35}, {0.17, 0.28},
-                                    {0.18, 0.33}, {0.12, 0.19}, {0.16, 0.27}};
-  p.height_m = Draw(rng, kHeights[p.form][0], kHeights[p.form][1]);
-  p.radius_m = p.height_m * (p.form >= 4 ? Draw(rng, 0.19, 0.26) : Draw(rng, 0.105, 0.15));
-  p.shoulder = Draw(rng, -0.1, 0.08);
-  p.neck = Draw(rng, 0.85, 1.25);
-  p.square = rng.Bernoulli(0.25) ? Draw(rng, 0.7, 1.0) : 0.0f;
-  p.label = p.square == 0 && rng.Bernoulli(0.85);
-  if (p.form == 5) {
-    p.radius_m = std::min(p.radius_m, 0.044f);
-    p.square = Draw(rng, 0.0, 1.0);
-    p.label = true;
-  }
-  p.seed = rng.Seed();
-  return MakeBottle(p);
-}
+// A drinking vessel.
+struct CupParams {
+  float height_m = 0.095f;
+  float radius_m = 0.042f;
+  int form = 0;  // 0 mug, 1 tea cup with saucer, 2 tumbler, 3 tapered.
+  bool handle = true;
+  uint64_t seed = 0;
+};
 
 Asset MakeCup(const CupParams& p) {
   AssetBuilder b(p.seed);
@@ -345,9 +336,41 @@ Asset MakeCup(const CupParams& p) {
   return b.Finish();
 }
 
+}  // namespace
+
+Asset SampleVase(Rng& rng) {
+  VaseParams p;
+  p.form = rng.UniformInt(0, 5);
+  p.height_m = Draw(rng, 0.16, 0.42);
+  p.radius_m = p.height_m * (p.form == 5 ? Draw(rng, 0.42, 0.52) : Draw(rng, 0.22, 0.36));
+  if (rng.Bernoulli(0.35)) p.flutes = rng.UniformInt(6, 16);
+  p.twist_rad = rng.Bernoulli(0.5) ? Draw(rng, 0.2, 0.9) : 0.0f;
+  p.handles = (p.form == 1 || p.form == 0) && p.flutes == 0 && rng.Bernoulli(0.4);
+  p.seed = rng.Seed();
+  return MakeVase(p);
+}
+
+Asset SampleBottle(Rng& rng) {
+  BottleParams p{.form = rng.UniformInt(0, 5)};
+  constexpr double kHeights[][2] = {{0.27, 0.34}, {0.27, 0.35}, {0.17, 0.28},
+                                    {0.18, 0.33}, {0.12, 0.19}, {0.16, 0.27}};
+  p.height_m = Draw(rng, kHeights[p.form][0], kHeights[p.form][1]);
+  p.radius_m = p.height_m * (p.form >= 4 ? Draw(rng, 0.19, 0.26) : Draw(rng, 0.105, 0.15));
+  p.shoulder = Draw(rng, -0.1, 0.08);
+  p.neck = Draw(rng, 0.85, 1.25);
+  p.square = rng.Bernoulli(0.25) ? Draw(rng, 0.7, 1.0) : 0.0f;
+  p.label = p.square == 0 && rng.Bernoulli(0.85);
+  if (p.form == 5) {
+    p.radius_m = std::min(p.radius_m, 0.044f);
+    p.square = Draw(rng, 0.0, 1.0);
+    p.label = true;
+  }
+  p.seed = rng.Seed();
+  return MakeBottle(p);
+}
+
 Asset SampleCup(Rng& rng) {
-  CupParams p;
-  p.form = rng.UniformInt(0, 3);
+  CupParams p{.form = rng.UniformInt(0, 3)};
   p.height_m = p.form == 1 ? Draw(rng, 0.055, 0.07) : Draw(rng, 0.08, 0.13);
   p.radius_m = p.form == 1 ? Draw(rng, 0.042, 0.052) : Draw(rng, 0.036, 0.046);
   p.handle = p.form == 0 || p.form == 1 || (p.form == 3 && rng.Bernoulli(0.4));

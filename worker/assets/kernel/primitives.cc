@@ -85,9 +85,8 @@ Shape RoundedBox(const Vec3f& size, const BoxOptions& options) {
 
 Shape Board(const Vec3f& a, const Vec3f& b, float bevel_m) {
   const Vec3f lo = a.cwiseMin(b), hi = a.cwiseMax(b);
-  BoxOptions options;
-  options.bevel_m = std::min(bevel_m, 0.3f * (hi - lo).minCoeff());
-  return RoundedBox(hi - lo, options).Moved(0.5f * (lo + hi));
+  return RoundedBox(hi - lo, {.bevel_m = std::min(bevel_m, 0.3f * (hi - lo).minCoeff())})
+      .Moved(0.5f * (lo + hi));
 }
 
 Shape Lathe(const Path2& given, const LatheOptions& options) {
@@ -205,16 +204,13 @@ Shape Cylinder(float radius, float height, float bevel_m, int segments) {
 Shape Cone(float bottom_radius, float top_radius, float height, float bevel_m, int segments) {
   const float b = std::min({bevel_m, 0.45f * height, 0.9f * std::max(bottom_radius, top_radius)});
   Path2 outline{{0, 0}, {bottom_radius, 0}, {top_radius, height}, {0, height}};
-  LatheOptions options;
-  options.segments = segments;
-  return Lathe(b > 0 ? Filleted(outline, b, 3) : outline, options);
+  return Lathe(b > 0 ? Filleted(outline, b, 3) : outline, {.segments = segments});
 }
 
 Shape Ball(float radius, int segments) { return Ellipsoid(Vec3f::Constant(radius), segments); }
 
 Shape Ellipsoid(const Vec3f& radii, int segments) {
-  LatheOptions options;
-  options.segments = segments > 0 ? segments : CircleSegments(radii.maxCoeff());
+  LatheOptions options{.segments = segments > 0 ? segments : CircleSegments(radii.maxCoeff())};
   const float radius = radii.maxCoeff();
   options.segments = DetailedSegments(options.segments, radius);
   Path2 outline = Arc(Vec2f::Zero(), 1, 1, -0.5f * kPi, 0.5f * kPi, options.segments / 2);

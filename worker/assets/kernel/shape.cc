@@ -46,19 +46,12 @@ void Shape::AddQuad(uint32_t a, uint32_t b, uint32_t c, uint32_t d, uint8_t grou
     if (d == a) AddTriangle(a, b, c, group);
     return;
   }
-  Face face;
-  face.v = {a, b, c, d};
-  face.group = group;
-  faces.push_back(face);
+  faces.push_back({.v = {a, b, c, d}, .group = group});
 }
 
 void Shape::AddTriangle(uint32_t a, uint32_t b, uint32_t c, uint8_t group) {
   if (a == b || b == c || c == a) return;
-  Face face;
-  face.v = {a, b, c, c};
-  face.corners = 3;
-  face.group = group;
-  faces.push_back(face);
+  faces.push_back({.v = {a, b, c, c}, .corners = 3, .group = group});
 }
 
 void Shape::Add(const Shape& other) {

@@ -80,9 +80,7 @@ Shape Piping(const Softness& soften, float r, float side) {
 }  // namespace
 
 Shape Cushion(const Vec3f& size, const CushionOptions& o, const Noise& noise) {
-  BoxOptions box;
-  box.bevel_m = std::min(o.edge_radius_m, 0.48f * size.minCoeff());
-  box.bevel_steps = 2;
+  BoxOptions box{.bevel_m = std::min(o.edge_radius_m, 0.48f * size.minCoeff()), .bevel_steps = 2};
   for (int axis = 0; axis < 3; ++axis) {
     const float flat = size[axis] - 2 * box.bevel_m;
     box.pieces[axis] = std::clamp(static_cast<int>(std::ceil(flat / o.target_edge_m)), 2, 64);

@@ -129,8 +129,7 @@ Shape Subdivided(const Cage& cage, int levels) {
   std::vector<PointVar> limit(points.size());
   primvars.Limit(points, limit);
 
-  Shape out;
-  out.crease_rad = from.crease_rad;
+  Shape out{.crease_rad = from.crease_rad};
   out.points.reserve(limit.size());
   out.texture.reserve(limit.size());
   for (const PointVar& p : limit) out.AddPoint(p.value.head<3>(), p.value.tail<3>());
@@ -142,8 +141,7 @@ Shape Subdivided(const Cage& cage, int levels) {
       parent = refiner->GetLevel(level).GetFaceParentFace(parent);
     }
     const Far::ConstIndexArray v = finest.GetFaceVertices(i);
-    Face face;
-    face.group = from.faces[static_cast<size_t>(parent)].group;
+    Face face{.group = from.faces[static_cast<size_t>(parent)].group};
     for (int k = 0; k < 4; ++k) {
       face.v[k] = static_cast<uint32_t>(v[k]);
       if (printed) {

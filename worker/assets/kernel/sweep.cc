@@ -205,24 +205,21 @@ Shape Sweep(const Path3& given, const Path2& section, const SweepOptions& option
 }
 
 Shape Tube(const Path3& path, float radius, float end_round_m, int segments) {
-  SweepOptions options;
-  options.end_round_m = end_round_m;
+  const SweepOptions options{.end_round_m = end_round_m};
   const int n =
       segments > 0 ? DetailedSegments(segments, radius) : std::min(CircleSegments(radius), 24);
   return Sweep(path, EllipseSection(2 * radius, 2 * radius, n), options);
 }
 
 Shape Ring(const Path3& closed_path, float radius, int segments) {
-  SweepOptions options;
-  options.closed = true;
+  const SweepOptions options{.closed = true};
   const int n = DetailedSegments(segments, radius);
   return Sweep(closed_path, EllipseSection(2 * radius, 2 * radius, n), options);
 }
 
 Shape Rod(const Vec3f& from, const Vec3f& to, float from_radius, float to_radius,
           float end_round_m) {
-  SweepOptions options;
-  options.end_round_m = end_round_m;
+  SweepOptions options{.end_round_m = end_round_m};
   const float largest = std::max(from_radius, to_radius);
   options.scale = [=](float t) {
     return Vec2f::Constant(Lerp(from_radius, to_radius, t) / largest).eval();
@@ -234,9 +231,7 @@ Shape Rod(const Vec3f& from, const Vec3f& to, float from_radius, float to_radius
 
 Shape Bar(const Vec3f& from, const Vec3f& to, const Vec2f& from_size, const Vec2f& to_size,
           float bevel_m, const Vec3f& up) {
-  SweepOptions options;
-  options.up = up;
-  options.end_round_m = bevel_m;
+  SweepOptions options{.end_round_m = bevel_m, .up = up};
   const Vec2f largest = from_size.cwiseMax(to_size);
   options.scale = [=](float t) {
     return (from_size + t * (to_size - from_size)).cwiseQuotient(largest).eval();

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/asset_families.h"
 #include "worker/assets/lamps/lamp_parts.h"
 
 namespace parallax {
@@ -18,6 +19,16 @@ Path2 CeilingBowlProfile(float r) {
   bowl.front().x() = 0;
   return bowl;
 }
+
+// A lamp that hangs from the ceiling.
+struct CeilingLampParams {
+  float drop_m = 0.7f;  // Ceiling to the lamp's underside.
+  float radius_m = 0.22f;
+  // 0 dome pendant, 1 drum pendant, 2 globe, 3 chandelier, 4 bowl close to the ceiling.
+  int style = 0;
+  int arms = 5;  // Arms of a chandelier.
+  uint64_t seed = 0;
+};
 
 // A glass bowl held by a plate at the ceiling, with a finial under its middle.
 void AddCeilingBowl(AssetBuilder& b, const CeilingLampParams& p) {
@@ -167,8 +178,7 @@ void AddDomePendant(AssetBuilder& b, const CeilingLampParams& p) {
   AddBulb(b, {0, 0, low + 0.57f * height}, true, 0.03f);
 }
 
-}  // namespace
-
+// The ceiling is z = 0; the lamp hangs below it.
 Asset MakeCeilingLamp(const CeilingLampParams& p) {
   constexpr void (*kStyles[])(AssetBuilder&, const CeilingLampParams&) = {
       AddDomePendant, AddDrumPendant, AddGlobePendant, AddChandelier, AddCeilingBowl};
@@ -186,6 +196,8 @@ Asset SampleCeilingClassicLamp(Rng& rng) {
   p.seed = rng.Seed();
   return MakeCeilingLamp(p);
 }
+
+}  // namespace
 
 void RegisterLamps(std::vector<AssetClass>& classes) {
   classes.push_back({"FloorLamp", "lamps", Placement::kFloor, true, 0, SampleFloorLamp,

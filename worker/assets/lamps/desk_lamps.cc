@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/asset_families.h"
 #include "worker/assets/lamps/lamp_parts.h"
 
 namespace parallax {
@@ -74,6 +75,15 @@ void AddBell(AssetBuilder& b, const LampHead& head) {
         MetalSlot("socket"));
 }
 
+// A table or desk lamp.
+struct DeskLampParams {
+  float height_m = 0.5f;
+  // 0 jointed arms, 1 vase body with shade, 2 turned column with shade, 3 gooseneck.
+  int style = 0;
+  ShadeStyle shade = ShadeStyle::kEmpire;
+  uint64_t seed = 0;
+};
+
 void AddTaskLamp(AssetBuilder& b, const DeskLampParams& p) {
   b.Add(Lathe(Filleted(Path2{{0, 0}, {0.085f, 0}, {0.085f, 0.014f}, {0.03f, 0.026f}, {0, 0.026f}},
                        0.005f, 4)),
@@ -141,13 +151,13 @@ void AddTableLamp(AssetBuilder& b, const DeskLampParams& p) {
   }
 }
 
-}  // namespace
-
 Asset MakeDeskLamp(const DeskLampParams& p) {
   AssetBuilder b(p.seed);
   p.style == 0 || p.style == 3 ? AddTaskLamp(b, p) : AddTableLamp(b, p);
   return b.Finish();
 }
+
+}  // namespace
 
 Asset SampleDeskLamp(Rng& rng) {
   DeskLampParams p;

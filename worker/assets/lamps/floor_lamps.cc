@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/asset_families.h"
 #include "worker/assets/lamps/lamp_parts.h"
 
 namespace parallax {
@@ -18,6 +19,17 @@ Shape RoundFoot() {
                             {0.012f, 0.12f}},
                       5));
 }
+
+// A standing lamp.
+struct FloorLampParams {
+  float height_m = 1.6f;
+  float shade_radius_m = 0.2f;
+  ShadeStyle shade = ShadeStyle::kEmpire;
+  // 0 straight pole, 1 turned column, 2 tripod, 3 arc, 4 uplighter, 5 paper lantern, 6 three
+  // globes up a pole.
+  int stand = 0;
+  uint64_t seed = 0;
+};
 
 // A bowl on a pole that lights the ceiling.
 void AddUplighter(AssetBuilder& b, const FloorLampParams& p) {
@@ -188,8 +200,6 @@ void AddShadedLamp(AssetBuilder& b, const FloorLampParams& p) {
           MetalSlot("socket"));
 }
 
-}  // namespace
-
 Asset MakeFloorLamp(const FloorLampParams& p) {
   constexpr void (*kStands[])(AssetBuilder&, const FloorLampParams&) = {
       AddShadedLamp, AddShadedLamp, AddShadedLamp, AddArcLamp, AddUplighter, AddLantern, AddGlobes};
@@ -198,10 +208,10 @@ Asset MakeFloorLamp(const FloorLampParams& p) {
   return b.Finish();
 }
 
+}  // namespace
+
 Asset SampleFloorLamp(Rng& rng) {
-  FloorLampParams p;
-  p.height_m = Draw(rng, 1.4, 1.8);
-  p.shade_radius_m = Draw(rng, 0.16, 0.25);
+  FloorLampParams p{.height_m = Draw(rng, 1.4, 1.8), .shade_radius_m = Draw(rng, 0.16, 0.25)};
   const ShadeStyle shades[] = {ShadeStyle::kDrum, ShadeStyle::kEmpire, ShadeStyle::kPleated};
   p.shade = shades[rng.UniformInt(0, 2)];
   p.stand = rng.UniformInt(0, 6);

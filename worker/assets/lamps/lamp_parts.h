@@ -1,9 +1,12 @@
 // Parts that lamps share: bulbs, shades, feet.
 #pragma once
 
-#include "worker/assets/lamps/lamps.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
+
+// Forms of lamp shades.
+enum class ShadeStyle { kDrum, kEmpire, kPleated, kDome, kGlobe, kCount };
 
 // The slot for feet, poles and arms of lamps.
 MaterialSlot LampBodySlot();

@@ -38,8 +38,7 @@ class CactusGrower {
     const auto groove = [ribs](float angle) {
       return std::pow(std::abs(std::sin(0.5f * ribs * angle)), 1.6f);
     };
-    LimbOptions options;
-    options.sides = sides;
+    LimbOptions options{.sides = sides};
     if (a_rib > 1) {
       options.modulate = [&](float angle, float) { return 1 - limb.depth * groove(angle); };
     }
@@ -155,7 +154,13 @@ std::vector<LimbRing> DomedRings(const Path3& path, const std::function<float(fl
 
 float StepOf(float radius) { return radius * ByDetail<float>({0.7f, 1.0f, 1.6f, 2.5f}); }
 
-}  // namespace
+// A tall ribbed cactus with arms (saguaro).
+struct ColumnCactusParams {
+  float height_m = 3, radius_m = 0.16f;
+  int ribs = 14;
+  int arms = 2;
+  uint64_t seed = 0;
+};
 
 Asset MakeColumnCactus(const ColumnCactusParams& p) {
   CactusGrower grower(p.seed);
@@ -165,8 +170,7 @@ Asset MakeColumnCactus(const ColumnCactusParams& p) {
     return r * (0.8f + 0.2f * Smooth01(s / 0.3f) - 0.12f * s * s);
   };
   const Vec3f lean{Draw(rng, -0.04, 0.04), Draw(rng, -0.04, 0.04), 0};
-  CactusLimb trunk;
-  trunk.ribs = p.ribs;
+  CactusLimb trunk{.ribs = p.ribs};
   Path3 axis;
   for (int k = 0; k <= 8; ++k) {
     const float s = static_cast<float>(k) / 8;
@@ -179,8 +183,7 @@ Asset MakeColumnCactus(const ColumnCactusParams& p) {
     const Vec3f out(std::cos(a), std::sin(a), 0), from(0, 0, z);
     const float reach = r * Draw(rng, 2.0, 3.2), up = (h - z) * Draw(rng, 0.35, 0.95);
     const float own = r * Draw(rng, 0.55, 0.75);
-    CactusLimb arm;
-    arm.ribs = std::max(8, p.ribs - 3);
+    CactusLimb arm{.ribs = std::max(8, p.ribs - 3)};
     const Path3 path =
         Spline(Path3{from, from + 0.7f * reach * out + Vec3f(0, 0, 0.05f * reach),
                      from + reach * out + Vec3f(0, 0, 0.55f * reach),
@@ -194,15 +197,14 @@ Asset MakeColumnCactus(const ColumnCactusParams& p) {
   return grower.Finish(p.seed);
 }
 
-Asset SampleColumnCactus(Rng& rng) {
-  ColumnCactusParams p;
-  p.height_m = Draw(rng, 1.2, 5.5);
-  p.radius_m = 0.07f + 0.028f * p.height_m * Draw(rng, 0.8, 1.25);
-  p.ribs = rng.UniformInt(11, 18);
-  p.arms = p.height_m < 2.2f ? 0 : rng.UniformInt(0, 4);
-  p.seed = rng.Seed();
-  return MakeColumnCactus(p);
-}
+// Round ribbed cacti.
+struct BarrelCactusParams {
+  float radius_m = 0.22f;
+  float tall = 1;  // Height over width.
+  int ribs = 18;
+  int heads = 1;
+  uint64_t seed = 0;
+};
 
 Asset MakeBarrelCactus(const BarrelCactusParams& p) {
   CactusGrower grower(p.seed);
@@ -211,11 +213,8 @@ Asset MakeBarrelCactus(const BarrelCactusParams& p) {
     const float size = p.radius_m * (k == 0 ? 1.0f : Draw(rng, 0.4, 0.75));
     const float a = 2.39996f * static_cast<float>(k), away = k == 0 ? 0.0f : 1.25f * p.radius_m;
     const Vec3f foot(away * std::cos(a), away * std::sin(a), 0);
-    CactusLimb ball;
-    ball.ribs = p.ribs;
-    ball.depth = 0.2f;
-    ball.cushion_m = 0.16f * size;
-    ball.spine_m = 0.3f * size;
+    CactusLimb ball{
+        .ribs = p.ribs, .depth = 0.2f, .cushion_m = 0.16f * size, .spine_m = 0.3f * size};
     constexpr int kRings = 16;
     for (int i = 0; i <= kRings; ++i) {
       const float s = static_cast<float>(i) / kRings, t = 2 * s - 1;
@@ -230,15 +229,13 @@ Asset MakeBarrelCactus(const BarrelCactusParams& p) {
   return grower.Finish(p.seed);
 }
 
-Asset SampleBarrelCactus(Rng& rng) {
-  BarrelCactusParams p;
-  p.radius_m = Draw(rng, 0.12, 0.34);
-  p.tall = Draw(rng, 0.75, 1.5);
-  p.ribs = rng.UniformInt(14, 24);
-  p.heads = rng.Bernoulli(0.6) ? 1 : rng.UniformInt(2, 4);
-  p.seed = rng.Seed();
-  return MakeBarrelCactus(p);
-}
+// A cactus of flat pads (opuntia).
+struct PricklyPearParams {
+  float pad_m = 0.24f;
+  int stems = 4;
+  int levels = 3;  // Levels of pads, each on the last.
+  uint64_t seed = 0;
+};
 
 Asset MakePricklyPear(const PricklyPearParams& p) {
   CactusGrower grower(p.seed);
@@ -271,13 +268,30 @@ Asset MakePricklyPear(const PricklyPearParams& p) {
   return grower.Finish(p.seed);
 }
 
-Asset SamplePricklyPear(Rng& rng) {
-  PricklyPearParams p;
-  p.pad_m = Draw(rng, 0.16, 0.32);
-  p.stems = rng.UniformInt(2, 6);
-  p.levels = rng.UniformInt(2, 4);
+}  // namespace
+
+Asset SampleColumnCactus(Rng& rng) {
+  ColumnCactusParams p{.height_m = Draw(rng, 1.2, 5.5)};
+  p.radius_m = 0.07f + 0.028f * p.height_m * Draw(rng, 0.8, 1.25);
+  p.ribs = rng.UniformInt(11, 18);
+  p.arms = p.height_m < 2.2f ? 0 : rng.UniformInt(0, 4);
   p.seed = rng.Seed();
-  return MakePricklyPear(p);
+  return MakeColumnCactus(p);
+}
+
+Asset SampleBarrelCactus(Rng& rng) {
+  return MakeBarrelCactus({.radius_m = Draw(rng, 0.12, 0.34),
+                           .tall = Draw(rng, 0.75, 1.5),
+                           .ribs = rng.UniformInt(14, 24),
+                           .heads = rng.Bernoulli(0.6) ? 1 : rng.UniformInt(2, 4),
+                           .seed = rng.Seed()});
+}
+
+Asset SamplePricklyPear(Rng& rng) {
+  return MakePricklyPear({.pad_m = Draw(rng, 0.16, 0.32),
+                          .stems = rng.UniformInt(2, 6),
+                          .levels = rng.UniformInt(2, 4),
+                          .seed = rng.Seed()});
 }
 
 }  // namespace parallax

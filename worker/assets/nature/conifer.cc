@@ -229,10 +229,7 @@ class ConiferGrower {
     const Vec3f shake{Draw(rng_, -1, 1), Draw(rng_, -1, 1), Draw(rng_, -1, 1)};
     const int form = rng_.UniformInt(0, 3);
     const float size = scale_ * species_.needle_m * Draw(rng_, 0.75, 1.2);
-    SheetPlace place;
-    place.length_m = size;
-    place.at = at;
-    place.along = along + 0.3f * shake;
+    SheetPlace place{.at = at, .along = along + 0.3f * shake, .length_m = size};
     if (species_.needles != NeedleKind::kSpray) place.along += Vec3f(0, 0, 0.35f) + 0.5f * shake;
     place.up = Vec3f(0, 0, 1) + 0.45f * shake;
     places_.push_back({static_cast<size_t>(form), along, place});

@@ -78,13 +78,11 @@ void AddSplinters(Timber& t, const Vec3f& at, const Vec3f& way, float radius, fl
 void AddStub(Timber& t, const Vec3f& from, const Vec3f& way, float length, float radius) {
   const Vec3f bend{Draw(t.rng, -0.25, 0.25), Draw(t.rng, -0.25, 0.25), Draw(t.rng, -0.1, 0.3)};
   const Vec3f middle = from + 0.55f * length * way, end = middle + 0.45f * length * (way + bend);
-  LimbOptions options;
-  options.sides = 8;
-  options.slot = t.bark;
-  options.texture_offset_m = Vec3f{Draw(t.rng, -9, 9), Draw(t.rng, -9, 9), Draw(t.rng, -9, 9)};
   AddLimb(t.mesh,
           SmoothRings({{from, 1.3f * radius}, {middle, 0.8f * radius}, {end, 0.45f * radius}}, 3),
-          options);
+          {.sides = 8,
+           .slot = t.bark,
+           .texture_offset_m = Vec3f{Draw(t.rng, -9, 9), Draw(t.rng, -9, 9), Draw(t.rng, -9, 9)}});
 }
 
 // Rings of a trunk from `from` on along `way`, with a bend.
@@ -105,11 +103,8 @@ std::vector<LimbRing> TrunkRings(Timber& t, const Vec3f& from, const Vec3f& way,
 }
 
 LimbOptions CutTrunk(Timber& t, float radius, float flare, int sides) {
-  LimbOptions options;
-  options.sides = sides;
-  options.slot = t.bark;
-  options.cut_slot = t.end;
-  options.modulate = Surface(t, radius, flare);
+  LimbOptions options{
+      .sides = sides, .modulate = Surface(t, radius, flare), .cut_slot = t.end, .slot = t.bark};
   options.texture_offset_m = Vec3f(Draw(t.rng, -9, 9), 0, 0);  // The rings stay about the middle.
   return options;
 }
@@ -149,8 +144,15 @@ std::vector<std::string> BarkFor(Rng& rng) {
   return kBarks[rng.UniformInt(0, 4)];
 }
 
-}  // namespace
+// A standing dead tree.
+struct SnagParams {
+  float height_m = 5;
+  float radius_m = 0.16f;  // At breast height.
+  bool conifer = false;
+  uint64_t seed = 0;
+};
 
+// A dead trunk that still stands, broken off above, with stubs of limbs.
 Asset MakeSnag(const SnagParams& p) {
   Timber t(p.seed, Slot("bark", {p.conifer ? "ConiferBark" : "DeadWood", "DeadWood"}),
            Slot("wood", {"DeadWood"}));
@@ -174,14 +176,12 @@ Asset MakeSnag(const SnagParams& p) {
   return t.Finish(p.seed);
 }
 
-Asset SampleSnag(Rng& rng) {
-  SnagParams p;
-  p.height_m = Draw(rng, 2.2, 7);
-  p.radius_m = Draw(rng, 0.09, 0.2);
-  p.conifer = rng.Bernoulli(0.5);
-  p.seed = rng.Seed();
-  return MakeSnag(p);
-}
+// A stump with its roots.
+struct StumpParams {
+  float radius_m = 0.22f, height_m = 0.35f;
+  bool splintered = false;  // Broken by wind instead of cut.
+  uint64_t seed = 0;
+};
 
 Asset MakeStump(const StumpParams& p) {
   Timber t(p.seed, Slot("bark", {p.seed % 2 == 0 ? "FurrowedBark" : "ConiferBark"}),
@@ -196,15 +196,15 @@ Asset MakeStump(const StumpParams& p) {
   return t.Finish(p.seed);
 }
 
-Asset SampleStump(Rng& rng) {
-  StumpParams p;
-  p.radius_m = Draw(rng, 0.12, 0.32);
-  p.height_m = Draw(rng, 0.22, 0.55);
-  p.splintered = rng.Bernoulli(0.35);
-  p.seed = rng.Seed();
-  return MakeStump(p);
-}
+// A log or a fallen trunk.
+struct LogParams {
+  float length_m = 3, radius_m = 0.14f;
+  bool cut = true;        // By a saw at both ends; false: a fallen trunk with torn ends and limbs.
+  bool bleached = false;  // Driftwood: without bark.
+  uint64_t seed = 0;
+};
 
+// Lies along x on the ground.
 Asset MakeLog(const LogParams& p) {
   Rng choice(SceneSeed{p.seed}, "bark");
   Timber t(p.seed,
@@ -234,31 +234,39 @@ Asset MakeLog(const LogParams& p) {
   return t.Finish(p.seed);
 }
 
+}  // namespace
+
+Asset SampleSnag(Rng& rng) {
+  return MakeSnag({.height_m = Draw(rng, 2.2, 7),
+                   .radius_m = Draw(rng, 0.09, 0.2),
+                   .conifer = rng.Bernoulli(0.5),
+                   .seed = rng.Seed()});
+}
+
+Asset SampleStump(Rng& rng) {
+  return MakeStump({.radius_m = Draw(rng, 0.12, 0.32),
+                    .height_m = Draw(rng, 0.22, 0.55),
+                    .splintered = rng.Bernoulli(0.35),
+                    .seed = rng.Seed()});
+}
+
 Asset SampleLog(Rng& rng) {
-  LogParams p;
-  p.length_m = Draw(rng, 0.9, 3.2);
-  p.radius_m = Draw(rng, 0.09, 0.22);
-  p.seed = rng.Seed();
-  return MakeLog(p);
+  return MakeLog(
+      {.length_m = Draw(rng, 0.9, 3.2), .radius_m = Draw(rng, 0.09, 0.22), .seed = rng.Seed()});
 }
 
 Asset SampleDriftwood(Rng& rng) {
-  LogParams p;
-  p.cut = false;
-  p.bleached = true;
-  p.length_m = Draw(rng, 0.8, 3.4);
+  LogParams p{.length_m = Draw(rng, 0.8, 3.4), .cut = false, .bleached = true};
   p.radius_m = 0.045f * p.length_m * Draw(rng, 0.7, 1.3);
   p.seed = rng.Seed();
   return MakeLog(p);
 }
 
 Asset SampleFallenTrunk(Rng& rng) {
-  LogParams p;
-  p.cut = false;
-  p.length_m = Draw(rng, 3, 6.5);
-  p.radius_m = Draw(rng, 0.1, 0.24);
-  p.seed = rng.Seed();
-  return MakeLog(p);
+  return MakeLog({.length_m = Draw(rng, 3, 6.5),
+                  .radius_m = Draw(rng, 0.1, 0.24),
+                  .cut = false,
+                  .seed = rng.Seed()});
 }
 
 }  // namespace parallax

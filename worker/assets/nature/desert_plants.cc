@@ -8,10 +8,9 @@
 #include "worker/assets/parts.h"
 
 namespace parallax {
+namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
-
-namespace {
 
 // One thick leaf of an agave: broad above its foot, hollow above, drawn out into a spine.
 void AddAgaveLeaf(Mesh& mesh, float turn, float lift, float length, float width, Rng& rng) {
@@ -33,8 +32,7 @@ void AddAgaveLeaf(Mesh& mesh, float turn, float lift, float length, float width,
   rings.insert(rings.begin(),
                {rings[0].at - 0.06f * rings[0].radius * (rings[1].at - rings[0].at).normalized(),
                 0.9f * rings[0].radius});
-  LimbOptions options;
-  options.sides = ByDetail<int>({16, 12, 8, 6});
+  LimbOptions options{.sides = ByDetail<int>({16, 12, 8, 6})};
   // The frame's x lies across the leaf where the path runs outwards; flat side up.
   const Vec3f along = (rings[1].at - rings[0].at).normalized();
   Vec3f x = std::abs(along.x()) < 0.8f ? Vec3f::UnitX() : Vec3f::UnitY();
@@ -58,8 +56,7 @@ void AddAgaveLeaf(Mesh& mesh, float turn, float lift, float length, float width,
 // A flat cluster of upright capsules on short stalks, which spread from the end of a branch.
 void AddSeedHead(Mesh& mesh, const Vec3f& end, float radius, Rng& rng) {
   const int capsules = ByDetail<int>({18, 14, 10, 6});
-  LimbOptions options;
-  options.sides = ByDetail<int>({7, 5, 4, 4});
+  const LimbOptions options{.sides = ByDetail<int>({7, 5, 4, 4})};
   for (int k = 0; k < capsules; ++k) {
     const float share = (static_cast<float>(k) + 0.5f) / static_cast<float>(capsules);
     const float turn = 2.39996f * static_cast<float>(k) + Draw(rng, -0.4, 0.4);
@@ -77,7 +74,14 @@ void AddSeedHead(Mesh& mesh, const Vec3f& end, float radius, Rng& rng) {
   }
 }
 
-}  // namespace
+// A rosette of stiff, pointed leaves, some with a flower stalk.
+struct AgaveParams {
+  float size_m = 0.6f;  // Length of its leaves.
+  float width = 0.2f;   // Width of a leaf, in lengths.
+  int leaves = 34;
+  float mast_m = 0;  // Height of the dry flower stalk; 0: none.
+  uint64_t seed = 0;
+};
 
 Asset MakeAgave(const AgaveParams& p) {
   Rng rng(SceneSeed{p.seed}, "agave");
@@ -95,8 +99,7 @@ Asset MakeAgave(const AgaveParams& p) {
   if (p.mast_m > 0) {
     Mesh mast;
     mast.slots.push_back(Slot("mast", {"DeadWood"}));
-    LimbOptions options;
-    options.sides = 8;
+    LimbOptions options{.sides = 8};
     const float thick = 0.02f + 0.012f * p.mast_m;
     const Vec3f top(0.05f * p.mast_m * Draw(rng, -1, 1), 0.05f * p.mast_m * Draw(rng, -1, 1),
                     p.mast_m);
@@ -121,18 +124,6 @@ Asset MakeAgave(const AgaveParams& p) {
   return b.Finish(Anchor::kGround);
 }
 
-Asset SampleAgave(Rng& rng) {
-  AgaveParams p;
-  p.size_m = Draw(rng, 0.3, 0.95);
-  p.width = Draw(rng, 0.15, 0.28);
-  p.leaves = rng.UniformInt(22, 46);
-  p.mast_m = rng.Bernoulli(0.15) ? p.size_m * Draw(rng, 2.4, 4.0) : 0;
-  p.seed = rng.Seed();
-  return MakeAgave(p);
-}
-
-namespace {
-
 // Leaflets in two rows along a frond that arches over.
 void AddPalmFrond(Mesh& stalks, SheetGrower& leaves, const SheetTemplate& leaflet,
                   const Vec3f& crown, float turn, float lift, float length, Rng& rng) {
@@ -146,9 +137,7 @@ void AddPalmFrond(Mesh& stalks, SheetGrower& leaves, const SheetTemplate& leafle
     rings.push_back(
         {rings.back().at + length / kPieces * way.normalized(), 0.011f * length * (1 - 0.9f * s)});
   }
-  LimbOptions options;
-  options.sides = ByDetail<int>({6, 5, 4, 3});
-  AddLimb(stalks, rings, options);
+  AddLimb(stalks, rings, {.sides = ByDetail<int>({6, 5, 4, 3})});
   const int pairs = ByDetail<int>({44, 22, 9, 3});
   const float wider = std::sqrt(44.0f / static_cast<float>(pairs));
   for (int k = 0; k < pairs; ++k) {
@@ -160,17 +149,24 @@ void AddPalmFrond(Mesh& stalks, SheetGrower& leaves, const SheetTemplate& leafle
     const float shape = std::pow(std::max(0.0f, std::sin(kPi * std::pow(s, 0.8f))), 0.5f);
     for (const float side : {-1.0f, 1.0f}) {
       const Vec3f shake{Draw(rng, -1, 1), Draw(rng, -1, 1), Draw(rng, -1, 1)};
-      SheetPlace place;
-      place.at = at;
-      place.along = side * across + 0.75f * ahead - 0.35f * Vec3f::UnitZ() + 0.12f * shake;
-      place.up = Vec3f::UnitZ() + 0.5f * side * across + 0.2f * shake;
-      place.length_m = 0.27f * length * (0.25f + 0.75f * shape) * (0.7f + 0.3f * wider);
-      leaves.Add(leaflet, place);
+      leaves.Add(leaflet,
+                 {.at = at,
+                  .along = side * across + 0.75f * ahead - 0.35f * Vec3f::UnitZ() + 0.12f * shake,
+                  .up = Vec3f::UnitZ() + 0.5f * side * across + 0.2f * shake,
+                  .length_m = 0.27f * length * (0.25f + 0.75f * shape) * (0.7f + 0.3f * wider)});
     }
   }
 }
 
-}  // namespace
+// A palm tree.
+struct PalmParams {
+  float height_m = 6;
+  float lean = 0.1f;
+  float frond_m = 2.2f;
+  int fronds = 26;
+  int dead = 4;  // Dry fronds that hang below the crown.
+  uint64_t seed = 0;
+};
 
 Asset MakePalm(const PalmParams& p) {
   Rng rng(SceneSeed{p.seed}, "palm");
@@ -192,9 +188,7 @@ Asset MakePalm(const PalmParams& p) {
   }
   const Vec3f crown = rings.back().at;
   rings.push_back({crown + Vec3f(0, 0, 0.25f), 0.2f * r});
-  LimbOptions options;
-  options.sides = ByDetail<int>({18, 12, 8, 5});
-  AddLimb(trunk, rings, options);
+  AddLimb(trunk, rings, {.sides = ByDetail<int>({18, 12, 8, 5})});
   const LeafForm form{LeafShape::kLance,
                       ByDetail<float>({0.075f, 0.11f, 0.2f, 0.5f}),
                       0.5f,
@@ -221,15 +215,25 @@ Asset MakePalm(const PalmParams& p) {
   return b.Finish(Anchor::kGround);
 }
 
-Asset SamplePalm(Rng& rng) {
-  PalmParams p;
-  p.height_m = Draw(rng, 2.5, 9);
-  p.lean = Draw(rng, 0.02, 0.22);
-  p.frond_m = Draw(rng, 1.6, 2.7);
-  p.fronds = rng.UniformInt(20, 34);
-  p.dead = rng.UniformInt(0, 8);
+}  // namespace
+
+Asset SampleAgave(Rng& rng) {
+  AgaveParams p;
+  p.size_m = Draw(rng, 0.3, 0.95);
+  p.width = Draw(rng, 0.15, 0.28);
+  p.leaves = rng.UniformInt(22, 46);
+  p.mast_m = rng.Bernoulli(0.15) ? p.size_m * Draw(rng, 2.4, 4.0) : 0;
   p.seed = rng.Seed();
-  return MakePalm(p);
+  return MakeAgave(p);
+}
+
+Asset SamplePalm(Rng& rng) {
+  return MakePalm({.height_m = Draw(rng, 2.5, 9),
+                   .lean = Draw(rng, 0.02, 0.22),
+                   .frond_m = Draw(rng, 1.6, 2.7),
+                   .fronds = rng.UniformInt(20, 34),
+                   .dead = rng.UniformInt(0, 8),
+                   .seed = rng.Seed()});
 }
 
 }  // namespace parallax

@@ -68,8 +68,6 @@ class RingBody {
   int rings_ = 0;
 };
 
-}  // namespace
-
 Asset MakeShells(const LitterParams& p) {
   Rng rng(SceneSeed{p.seed}, "shells");
   SheetGrower shells(SheetSlot("shells", {"SeaShell"}), rng.Child("shells"));
@@ -95,14 +93,7 @@ Asset MakeShells(const LitterParams& p) {
   return FinishMeshes({&shells.mesh()}, p.seed);
 }
 
-Asset SampleShells(Rng& rng) {
-  LitterParams p;
-  p.radius_m = Draw(rng, 0.15, 0.5);
-  p.count = rng.UniformInt(10, 34);
-  p.seed = rng.Seed();
-  return MakeShells(p);
-}
-
+// Seaweed at the tide's line.
 Asset MakeWrack(const LitterParams& p) {
   Rng rng(SceneSeed{p.seed}, "wrack");
   SheetGrower ribbons(SheetSlot("ribbons", {"Seaweed"}), rng.Child("ribbons"));
@@ -128,16 +119,13 @@ Asset MakeWrack(const LitterParams& p) {
   return FinishMeshes({&ribbons.mesh()}, p.seed);
 }
 
-Asset SampleWrack(Rng& rng) {
-  LitterParams p;
-  p.radius_m = Draw(rng, 0.25, 0.6);
-  p.count = rng.UniformInt(60, 140);
-  p.seed = rng.Seed();
-  return MakeWrack(p);
-}
-
-// Snow above, ice at its sides: sheer where it broke, undercut where water laps.
-namespace {
+// A flat piece of floating ice.
+struct IceFloeParams {
+  float radius_m = 1;
+  float thick_m = 0.28f;
+  int sides = 7;  // Sides of the polygon that broke off.
+  uint64_t seed = 0;
+};
 
 // A polygon with worn corners: distances of some sides, the nearest counts.
 class FloeForm {
@@ -194,13 +182,11 @@ class FloeForm {
   std::vector<Side> sides_;
 };
 
-}  // namespace
-
+// The origin is in the middle of its lower side.
 Asset MakeIceFloe(const IceFloeParams& p) {
   Rng rng(SceneSeed{p.seed}, "floe");
   const FloeForm form(p, rng);
-  Mesh mesh;
-  mesh.slots = {Slot("snow", {"PackedSnow"}), Slot("ice", {"SeaIce"})};
+  Mesh mesh{.slots = {Slot("snow", {"PackedSnow"}), Slot("ice", {"SeaIce"})}};
   const float pieces = 2 * kPi * p.radius_m / std::max(0.055f, TargetEdge());
   RingBody body(mesh, std::clamp(4 * static_cast<int>(pieces / 4), 16, 96));
 
@@ -228,13 +214,23 @@ Asset MakeIceFloe(const IceFloeParams& p) {
   return FinishMeshes({&mesh}, p.seed);
 }
 
+}  // namespace
+
+Asset SampleShells(Rng& rng) {
+  return MakeShells(
+      {.radius_m = Draw(rng, 0.15, 0.5), .count = rng.UniformInt(10, 34), .seed = rng.Seed()});
+}
+
+Asset SampleWrack(Rng& rng) {
+  return MakeWrack(
+      {.radius_m = Draw(rng, 0.25, 0.6), .count = rng.UniformInt(60, 140), .seed = rng.Seed()});
+}
+
 Asset SampleIceFloe(Rng& rng) {
-  IceFloeParams p;
-  p.radius_m = Draw(rng, 0.7, 1.2);
-  p.thick_m = Draw(rng, 0.2, 0.34);
-  p.sides = rng.UniformInt(5, 9);
-  p.seed = rng.Seed();
-  return MakeIceFloe(p);
+  return MakeIceFloe({.radius_m = Draw(rng, 0.7, 1.2),
+                      .thick_m = Draw(rng, 0.2, 0.34),
+                      .sides = rng.UniformInt(5, 9),
+                      .seed = rng.Seed()});
 }
 
 }  // namespace parallax

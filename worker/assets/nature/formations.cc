@@ -64,8 +64,7 @@ Mesh RockTube(const std::vector<LimbRing>& rings, int sides, const BeddedRock& r
   Mesh mesh;
   mesh.slots.push_back(Slot("stone", {"Sandstone", "Rock"}));
   const std::vector<LimbRing> line = WithRoundFoot(rings);
-  LimbOptions options;
-  options.sides = sides;
+  LimbOptions options{.sides = sides};
   // The rock wears along a round tube's normals: a polygon's would fold its corners over.
   Mesh round;
   AddLimb(round, line, options);
@@ -93,8 +92,15 @@ Asset FinishedRock(const Mesh& mesh, uint64_t seed, Anchor anchor = Anchor::kGro
   return b.Finish(anchor);
 }
 
-}  // namespace
+// A natural arch of bedded rock.
+struct RockArchParams {
+  float span_m = 9, rise_m = 6;
+  float thick_m = 1.6f;  // Radius of its rock.
+  float bed_m = 0.9f;    // Thickness of its beds.
+  uint64_t seed = 0;
+};
 
+// An arch along x whose feet reach into the ground.
 Asset MakeRockArch(const RockArchParams& p) {
   Rng rng(SceneSeed{p.seed}, "arch");
   const float cell = CellOf(0.062f * p.thick_m + 0.03f);
@@ -124,16 +130,15 @@ Asset MakeRockArch(const RockArchParams& p) {
   return FinishedRock(RockTube(rings, sides, rock, rng), p.seed);
 }
 
-Asset SampleRockArch(Rng& rng) {
-  RockArchParams p;
-  p.span_m = Draw(rng, 6, 12);
-  p.rise_m = p.span_m * Draw(rng, 0.5, 0.95);
-  p.thick_m = p.span_m * Draw(rng, 0.13, 0.22);
-  p.bed_m = Draw(rng, 0.5, 1.2);
-  p.seed = rng.Seed();
-  return MakeRockArch(p);
-}
+// A free-standing pillar of bedded rock.
+struct RockPillarParams {
+  float height_m = 10, radius_m = 2;
+  float cap = 0;  // How far a hard bed on top stands out, in radii.
+  float bed_m = 0.9f;
+  uint64_t seed = 0;
+};
 
+// A stack that the sea or rain left standing.
 Asset MakeRockPillar(const RockPillarParams& p) {
   Rng rng(SceneSeed{p.seed}, "pillar");
   const float cell = CellOf(0.042f * p.radius_m + 0.02f), h = p.height_m;
@@ -157,18 +162,6 @@ Asset MakeRockPillar(const RockPillarParams& p) {
   return FinishedRock(RockTube(rings, sides, rock, rng), p.seed);
 }
 
-Asset SampleRockPillar(Rng& rng) {
-  RockPillarParams p;
-  p.height_m = Draw(rng, 5, 14);
-  p.radius_m = p.height_m * Draw(rng, 0.12, 0.24);
-  p.cap = rng.Bernoulli(0.4) ? Draw(rng, 0.12, 0.32) : 0;
-  p.bed_m = Draw(rng, 0.5, 1.3);
-  p.seed = rng.Seed();
-  return MakeRockPillar(p);
-}
-
-namespace {
-
 // One drop form from its root on towards `way`: rings of sinter, bulges, a slender end.
 void AddDrip(Mesh& mesh, const Vec3f& root, float way, float length, float radius, bool blunt,
              Rng& rng) {
@@ -188,8 +181,7 @@ void AddDrip(Mesh& mesh, const Vec3f& root, float way, float length, float radiu
     rings.push_back({root + Vec3f(0, 0, way * s * length) + s * length * lean,
                      std::max(0.004f, radius * (taper + foot) * rough)});
   }
-  LimbOptions options;
-  options.sides = std::clamp(static_cast<int>(2 * kPi * radius / cell), 7, 36);
+  LimbOptions options{.sides = std::clamp(static_cast<int>(2 * kPi * radius / cell), 7, 36)};
   const float flutes = Draw(rng, 3, 6), phase = Draw(rng, 0, 6);
   options.modulate = [=](float angle, float along) {
     return 1 +
@@ -204,7 +196,15 @@ void AddDrip(Mesh& mesh, const Vec3f& root, float way, float length, float radiu
     mesh.texture[i] = mesh.positions[i] + offset;
 }
 
-}  // namespace
+// Stalactites, stalagmites or columns in a cave.
+struct DripstoneParams {
+  float length_m = 0.8f, radius_m = 0.09f;
+  int count = 5;
+  float spread_m = 0.5f;
+  bool hangs = true;    // From a roof, else it stands on the floor.
+  bool column = false;  // Both grown together.
+  uint64_t seed = 0;
+};
 
 Asset MakeDripstone(const DripstoneParams& p) {
   Rng rng(SceneSeed{p.seed}, "dripstone");
@@ -229,9 +229,28 @@ Asset MakeDripstone(const DripstoneParams& p) {
   return FinishedRock(mesh, p.seed, p.hangs ? Anchor::kCeiling : Anchor::kGround);
 }
 
+}  // namespace
+
+Asset SampleRockArch(Rng& rng) {
+  RockArchParams p{.span_m = Draw(rng, 6, 12)};
+  p.rise_m = p.span_m * Draw(rng, 0.5, 0.95);
+  p.thick_m = p.span_m * Draw(rng, 0.13, 0.22);
+  p.bed_m = Draw(rng, 0.5, 1.2);
+  p.seed = rng.Seed();
+  return MakeRockArch(p);
+}
+
+Asset SampleRockPillar(Rng& rng) {
+  RockPillarParams p{.height_m = Draw(rng, 5, 14)};
+  p.radius_m = p.height_m * Draw(rng, 0.12, 0.24);
+  p.cap = rng.Bernoulli(0.4) ? Draw(rng, 0.12, 0.32) : 0;
+  p.bed_m = Draw(rng, 0.5, 1.3);
+  p.seed = rng.Seed();
+  return MakeRockPillar(p);
+}
+
 Asset SampleStalactites(Rng& rng) {
-  DripstoneParams p;
-  p.length_m = Draw(rng, 0.35, 1.7);
+  DripstoneParams p{.length_m = Draw(rng, 0.35, 1.7)};
   p.radius_m = p.length_m * Draw(rng, 0.07, 0.13);
   p.count = rng.UniformInt(3, 9);
   p.spread_m = Draw(rng, 0.25, 0.8);
@@ -240,9 +259,7 @@ Asset SampleStalactites(Rng& rng) {
 }
 
 Asset SampleStalagmites(Rng& rng) {
-  DripstoneParams p;
-  p.hangs = false;
-  p.length_m = Draw(rng, 0.3, 1.5);
+  DripstoneParams p{.length_m = Draw(rng, 0.3, 1.5), .hangs = false};
   p.radius_m = p.length_m * Draw(rng, 0.12, 0.26);
   p.count = rng.UniformInt(1, 5);
   p.spread_m = Draw(rng, 0.4, 1.0);
@@ -251,15 +268,13 @@ Asset SampleStalagmites(Rng& rng) {
 }
 
 Asset SampleDripstoneColumn(Rng& rng) {
-  DripstoneParams p;
-  p.hangs = false;
-  p.column = true;
-  p.length_m = Draw(rng, 5, 8);
-  p.radius_m = Draw(rng, 0.28, 0.65);
-  p.count = rng.UniformInt(1, 4);
-  p.spread_m = Draw(rng, 0.6, 1.1);
-  p.seed = rng.Seed();
-  return MakeDripstone(p);
+  return MakeDripstone({.length_m = Draw(rng, 5, 8),
+                        .radius_m = Draw(rng, 0.28, 0.65),
+                        .count = rng.UniformInt(1, 4),
+                        .spread_m = Draw(rng, 0.6, 1.1),
+                        .hangs = false,
+                        .column = true,
+                        .seed = rng.Seed()});
 }
 
 }  // namespace parallax

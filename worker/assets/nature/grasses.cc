@@ -29,6 +29,20 @@ std::vector<SheetTemplate> BladeTemplates(float width, float droop) {
   return blades;
 }
 
+// A tuft of grass.
+struct GrassParams {
+  int blades = 45;
+  float height_m = 0.25f;
+  float radius_m = 0.05f;  // Size of the patch that blades rise from.
+  float width_m = 0.005f;
+  float droop = 0.8f;  // Radians that blades bend by, on average.
+  float lean = 0.15f;  // To one side, as wind combs.
+  float dry = 0.2f;    // Share of dry blades.
+  int seed_heads = 0;
+  bool short_outside = false;  // A mound: blades at the rim are shorter.
+  uint64_t seed = 0;
+};
+
 // An ear: spikelets about the end of a stalk.
 void AddSeedHead(Mesh& stalks, SheetGrower& ears, const GrassParams& p, Rng& rng) {
   const float height = p.height_m * Draw(rng, 1.05, 1.5), a = Draw(rng, 0, 2 * kPi);
@@ -40,21 +54,26 @@ void AddSeedHead(Mesh& stalks, SheetGrower& ears, const GrassParams& p, Rng& rng
     rings.push_back({0.5f * p.radius_m * out + reach * s * s * out + Vec3f(0, 0, height * s),
                      0.0011f * (1 - 0.5f * s)});
   }
-  LimbOptions options;
-  options.sides = 3;
-  AddLimb(stalks, rings, options);
+  AddLimb(stalks, rings, {.sides = 3});
   const SheetTemplate grain = MakeLeafTemplate({LeafShape::kElliptic, 0.3f, 0.2f, 0, 1, 0});
   for (int k = 0; k < 16; ++k) {
     const float s = Lerp(0.74f, 1.0f, static_cast<float>(k) / 15);
     const float turn = 2.39996f * static_cast<float>(k);
-    SheetPlace place;
-    place.at = rings[4].at + (s - 0.8f) / 0.2f * (rings[5].at - rings[4].at);
-    place.along = Vec3f(0.5f * std::cos(turn), 0.5f * std::sin(turn), 1) + reach / height * out;
-    place.up = Vec3f(std::cos(turn), std::sin(turn), 0.2f);
-    place.length_m = (0.012f + 0.02f * p.height_m) * Draw(rng, 0.7, 1.1);
-    ears.Add(grain, place);
+    ears.Add(grain, {.at = rings[4].at + (s - 0.8f) / 0.2f * (rings[5].at - rings[4].at),
+                     .along = Vec3f(0.5f * std::cos(turn), 0.5f * std::sin(turn), 1) +
+                              reach / height * out,
+                     .up = Vec3f(std::cos(turn), std::sin(turn), 0.2f),
+                     .length_m = (0.012f + 0.02f * p.height_m) * Draw(rng, 0.7, 1.1)});
   }
 }
+
+// Reeds at the edge of water; with `cattail`, flower spikes.
+struct ReedParams {
+  int stems = 14;
+  float height_m = 1.7f;
+  bool cattail = false;
+  uint64_t seed = 0;
+};
 
 struct ReedParts {
   SheetGrower leaves, plumes;
@@ -72,9 +91,7 @@ struct ReedParts {
 
 // The brown head of a cattail from `low` to `top`.
 void AddCattail(Mesh& stems, const Vec3f& low, const Vec3f& top) {
-  LimbOptions head;
-  head.sides = 10;
-  head.slot = 1;
+  const LimbOptions head{.sides = 10, .slot = 1};
   const Vec3f way = (top - low).normalized();
   AddLimb(stems,
           SmoothRings({{low, 0.004f},
@@ -95,9 +112,7 @@ void AddReed(ReedParts& parts, const ReedParams& p, int k, Rng& rng) {
     rings.push_back(
         {r * out + height * (lean * s * s * out + Vec3f(0, 0, s)), 0.0045f * (1 - 0.6f * s)});
   }
-  LimbOptions options;
-  options.sides = 5;
-  AddLimb(parts.stems, rings, options);
+  AddLimb(parts.stems, rings, {.sides = 5});
   const int count = rng.UniformInt(5, 8);
   for (int i = 0; i < count; ++i) {
     const float s = Draw(rng, 0.05, 0.8), turn = a + 2.4f * static_cast<float>(i);
@@ -117,8 +132,6 @@ void AddReed(ReedParts& parts, const ReedParams& p, int k, Rng& rng) {
     parts.plumes.Add(parts.wisp, {at, along, shake, Draw(rng, 0.05, 0.11)});
   }
 }
-
-}  // namespace
 
 Asset MakeGrass(const GrassParams& p) {
   Rng rng(SceneSeed{p.seed}, "grass");
@@ -147,50 +160,6 @@ Asset MakeGrass(const GrassParams& p) {
   return FinishMeshes({&green.mesh(), &dry.mesh(), &stalks}, p.seed);
 }
 
-Asset SampleGrassTuft(Rng& rng) {
-  GrassParams p;
-  p.blades = rng.UniformInt(60, 95);
-  p.height_m = Draw(rng, 0.12, 0.4);
-  p.radius_m = Draw(rng, 0.025, 0.06);
-  p.width_m = Draw(rng, 0.0035, 0.006);
-  p.droop = Draw(rng, 0.5, 1.4);
-  p.lean = Draw(rng, 0.0, 0.35);
-  p.dry = Draw(rng, 0.05, 0.5);
-  p.seed_heads = rng.Bernoulli(0.5) ? rng.UniformInt(2, 7) : 0;
-  p.seed = rng.Seed();
-  return MakeGrass(p);
-}
-
-// About a square metre of tufts, denser here than there.
-Asset SampleGrassClump(Rng& rng) {
-  GrassParams p;
-  p.blades = rng.UniformInt(420, 620);
-  p.height_m = Draw(rng, 0.14, 0.38);
-  p.radius_m = Draw(rng, 0.35, 0.55);
-  p.width_m = Draw(rng, 0.004, 0.006);
-  p.droop = Draw(rng, 0.5, 1.3);
-  p.lean = Draw(rng, 0.1, 0.35);
-  p.dry = Draw(rng, 0.05, 0.45);
-  p.seed_heads = rng.UniformInt(0, 14);
-  p.short_outside = true;
-  p.seed = rng.Seed();
-  return MakeGrass(p);
-}
-
-Asset SampleTussock(Rng& rng) {
-  GrassParams p;
-  p.blades = rng.UniformInt(340, 480);
-  p.height_m = Draw(rng, 0.4, 0.75);
-  p.radius_m = Draw(rng, 0.08, 0.15);
-  p.width_m = Draw(rng, 0.004, 0.0065);
-  p.droop = Draw(rng, 1.3, 2.1);
-  p.lean = Draw(rng, 0.0, 0.2);
-  p.dry = Draw(rng, 0.3, 0.75);
-  p.seed_heads = rng.UniformInt(0, 6);
-  p.seed = rng.Seed();
-  return MakeGrass(p);
-}
-
 Asset MakeReed(const ReedParams& p) {
   Rng rng(SceneSeed{p.seed}, "reed");
   ReedParts parts(p, rng);
@@ -198,13 +167,51 @@ Asset MakeReed(const ReedParams& p) {
   return FinishMeshes({&parts.leaves.mesh(), &parts.plumes.mesh(), &parts.stems}, p.seed);
 }
 
+}  // namespace
+
+Asset SampleGrassTuft(Rng& rng) {
+  return MakeGrass({.blades = rng.UniformInt(60, 95),
+                    .height_m = Draw(rng, 0.12, 0.4),
+                    .radius_m = Draw(rng, 0.025, 0.06),
+                    .width_m = Draw(rng, 0.0035, 0.006),
+                    .droop = Draw(rng, 0.5, 1.4),
+                    .lean = Draw(rng, 0.0, 0.35),
+                    .dry = Draw(rng, 0.05, 0.5),
+                    .seed_heads = rng.Bernoulli(0.5) ? rng.UniformInt(2, 7) : 0,
+                    .seed = rng.Seed()});
+}
+
+// About a square metre of tufts, denser here than there.
+Asset SampleGrassClump(Rng& rng) {
+  return MakeGrass({.blades = rng.UniformInt(420, 620),
+                    .height_m = Draw(rng, 0.14, 0.38),
+                    .radius_m = Draw(rng, 0.35, 0.55),
+                    .width_m = Draw(rng, 0.004, 0.006),
+                    .droop = Draw(rng, 0.5, 1.3),
+                    .lean = Draw(rng, 0.1, 0.35),
+                    .dry = Draw(rng, 0.05, 0.45),
+                    .seed_heads = rng.UniformInt(0, 14),
+                    .short_outside = true,
+                    .seed = rng.Seed()});
+}
+
+Asset SampleTussock(Rng& rng) {
+  return MakeGrass({.blades = rng.UniformInt(340, 480),
+                    .height_m = Draw(rng, 0.4, 0.75),
+                    .radius_m = Draw(rng, 0.08, 0.15),
+                    .width_m = Draw(rng, 0.004, 0.0065),
+                    .droop = Draw(rng, 1.3, 2.1),
+                    .lean = Draw(rng, 0.0, 0.2),
+                    .dry = Draw(rng, 0.3, 0.75),
+                    .seed_heads = rng.UniformInt(0, 6),
+                    .seed = rng.Seed()});
+}
+
 Asset SampleReed(Rng& rng) {
-  ReedParams p;
-  p.stems = rng.UniformInt(9, 20);
-  p.height_m = Draw(rng, 1.1, 2.2);
-  p.cattail = rng.Bernoulli(0.4);
-  p.seed = rng.Seed();
-  return MakeReed(p);
+  return MakeReed({.stems = rng.UniformInt(9, 20),
+                   .height_m = Draw(rng, 1.1, 2.2),
+                   .cattail = rng.Bernoulli(0.4),
+                   .seed = rng.Seed()});
 }
 
 }  // namespace parallax

@@ -29,10 +29,15 @@ std::vector<LimbRing> StalkRings(const Vec3f& from, const Vec3f& out, float lift
 }
 
 void AddStalk(Mesh& stalks, const std::vector<LimbRing>& rings, int sides) {
-  LimbOptions options;
-  options.sides = sides;
-  AddLimb(stalks, rings, options);
+  AddLimb(stalks, rings, {.sides = sides});
 }
+
+// A fern: fronds that arch out of one root.
+struct FernParams {
+  int fronds = 10;
+  float length_m = 0.6f;
+  uint64_t seed = 0;
+};
 
 // Pinnae on both sides of a frond, each a comb of leaflets.
 void AddFrond(Mesh& stalks, SheetGrower& leaves, const std::vector<SheetTemplate>& pinnae,
@@ -60,12 +65,11 @@ void AddFrond(Mesh& stalks, SheetGrower& leaves, const std::vector<SheetTemplate
       const Vec3f up = ahead.cross(side * across).z() > 0 ? ahead.cross(side * across)
                                                           : Vec3f(-ahead.cross(side * across));
       const Vec3f shake{Draw(rng, -1, 1), Draw(rng, -1, 1), Draw(rng, -1, 1)};
-      SheetPlace place;
-      place.at = at;
-      place.along = side * across + 0.42f * ahead - 0.12f * Vec3f::UnitZ() + 0.08f * shake;
-      place.up = up + 0.15f * shake;
-      place.length_m = length * 0.36f * (shape + 0.05f);
-      leaves.Add(pinnae[static_cast<size_t>(k) % pinnae.size()], place);
+      leaves.Add(pinnae[static_cast<size_t>(k) % pinnae.size()],
+                 {.at = at,
+                  .along = side * across + 0.42f * ahead - 0.12f * Vec3f::UnitZ() + 0.08f * shake,
+                  .up = up + 0.15f * shake,
+                  .length_m = length * 0.36f * (shape + 0.05f)});
     }
   }
 }
@@ -100,15 +104,16 @@ void AddBlossom(SheetGrower& petals, const Blossom& b, const Vec3f& at, const Ve
 
 // The domed disc in a flower's middle.
 void AddDisc(Mesh& discs, const Vec3f& at, const Vec3f& axis, float radius) {
-  LimbOptions options;
-  options.sides = 10;
   AddLimb(discs,
           {{at - 0.5f * radius * axis, 0.5f * radius},
            {at, radius},
            {at + 0.35f * radius * axis, 0.8f * radius},
            {at + 0.5f * radius * axis, 0.1f * radius}},
-          options);
+          {.sides = 10});
 }
+
+// Forms of flower heads.
+enum class FlowerKind { kDaisy, kPoppy, kBell, kDandelion, kCount };
 
 const char* PetalOf(FlowerKind kind) { return kind == FlowerKind::kDaisy ? "WhitePetal" : "Petal"; }
 
@@ -135,6 +140,13 @@ void AddLeafRosette(SheetGrower& leaves, float size, int count, Rng& rng) {
                 Vec3f::UnitZ() - 0.3f * out, size * Draw(rng, 0.6, 1.1)});
   }
 }
+
+struct FlowerParams {
+  FlowerKind kind = FlowerKind::kDaisy;
+  int stems = 6;
+  float height_m = 0.3f;
+  uint64_t seed = 0;
+};
 
 struct FlowerParts {
   SheetGrower leaves, petals;
@@ -184,8 +196,6 @@ void AddFlower(FlowerParts& parts, const FlowerParams& p, int k, Rng& rng) {
   AddDisc(parts.discs, top + 0.001f * axis, axis, disc * parts.blossom.petal_m);
 }
 
-}  // namespace
-
 Asset MakeFern(const FernParams& p) {
   Rng rng(SceneSeed{p.seed}, "fern");
   SheetGrower leaves(SheetSlot("leaves", {"FernLeaf"}), rng.Child("leaves"));
@@ -206,14 +216,6 @@ Asset MakeFern(const FernParams& p) {
   return b.Finish(Anchor::kGround);
 }
 
-Asset SampleFern(Rng& rng) {
-  FernParams p;
-  p.fronds = rng.UniformInt(7, 14);
-  p.length_m = Draw(rng, 0.4, 0.95);
-  p.seed = rng.Seed();
-  return MakeFern(p);
-}
-
 Asset MakeFlowerPlant(const FlowerParams& p) {
   Rng rng(SceneSeed{p.seed}, "flower");
   FlowerParts parts(p, rng);
@@ -223,14 +225,14 @@ Asset MakeFlowerPlant(const FlowerParams& p) {
                       p.seed);
 }
 
-Asset SampleFlowerPlant(Rng& rng) {
-  FlowerParams p;
-  p.kind = DrawEnum<FlowerKind>(rng, static_cast<int>(FlowerKind::kCount));
-  p.stems = rng.UniformInt(4, 10);
-  p.height_m = Draw(rng, 0.16, 0.45);
-  p.seed = rng.Seed();
-  return MakeFlowerPlant(p);
-}
+// A group of mushrooms.
+struct MushroomParams {
+  int count = 5;
+  float height_m = 0.07f;
+  float cap_width = 1.1f;  // In heights.
+  float cap_dome = 0.5f;   // 0 flat, 1 a ball.
+  uint64_t seed = 0;
+};
 
 Asset MakeMushrooms(const MushroomParams& p) {
   Rng rng(SceneSeed{p.seed}, "mushrooms");
@@ -272,15 +274,12 @@ Asset MakeMushrooms(const MushroomParams& p) {
   return b.Finish(Anchor::kGround);
 }
 
-Asset SampleMushrooms(Rng& rng) {
-  MushroomParams p;
-  p.count = rng.UniformInt(1, 7);
-  p.height_m = Draw(rng, 0.05, 0.14);
-  p.cap_width = Draw(rng, 0.7, 1.35);
-  p.cap_dome = Draw(rng, 0.4, 0.95);
-  p.seed = rng.Seed();
-  return MakeMushrooms(p);
-}
+// Rosettes of fleshy leaves.
+struct SucculentParams {
+  int rosettes = 3;
+  float size_m = 0.25f;
+  uint64_t seed = 0;
+};
 
 Asset MakeSucculent(const SucculentParams& p) {
   Rng rng(SceneSeed{p.seed}, "succulent");
@@ -299,12 +298,31 @@ Asset MakeSucculent(const SucculentParams& p) {
   return b.Finish(Anchor::kGround);
 }
 
+}  // namespace
+
+Asset SampleFern(Rng& rng) {
+  return MakeFern(
+      {.fronds = rng.UniformInt(7, 14), .length_m = Draw(rng, 0.4, 0.95), .seed = rng.Seed()});
+}
+
+Asset SampleFlowerPlant(Rng& rng) {
+  return MakeFlowerPlant({.kind = DrawEnum<FlowerKind>(rng, static_cast<int>(FlowerKind::kCount)),
+                          .stems = rng.UniformInt(4, 10),
+                          .height_m = Draw(rng, 0.16, 0.45),
+                          .seed = rng.Seed()});
+}
+
+Asset SampleMushrooms(Rng& rng) {
+  return MakeMushrooms({.count = rng.UniformInt(1, 7),
+                        .height_m = Draw(rng, 0.05, 0.14),
+                        .cap_width = Draw(rng, 0.7, 1.35),
+                        .cap_dome = Draw(rng, 0.4, 0.95),
+                        .seed = rng.Seed()});
+}
+
 Asset SampleSucculent(Rng& rng) {
-  SucculentParams p;
-  p.rosettes = rng.UniformInt(1, 3);
-  p.size_m = Draw(rng, 0.12, 0.45);
-  p.seed = rng.Seed();
-  return MakeSucculent(p);
+  return MakeSucculent(
+      {.rosettes = rng.UniformInt(1, 3), .size_m = Draw(rng, 0.12, 0.45), .seed = rng.Seed()});
 }
 
 }  // namespace parallax

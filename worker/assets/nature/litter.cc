@@ -40,10 +40,9 @@ void AddTwig(Mesh& wood, const Vec3f& from, float turn, float length, float radi
     at += length / kPieces * Vec3f(std::cos(way), std::sin(way), 0.25f * Draw(rng, -1, 1));
     at.z() = std::max(at.z(), 0.6f * radius);
   }
-  LimbOptions options;
-  options.sides = radius > 0.004f ? 7 : 5;
-  options.texture_offset_m = Vec3f{Draw(rng, -9, 9), Draw(rng, -9, 9), Draw(rng, -9, 9)};
-  AddLimb(wood, rings, options);
+  AddLimb(wood, rings,
+          {.sides = radius > 0.004f ? 7 : 5,
+           .texture_offset_m = Vec3f{Draw(rng, -9, 9), Draw(rng, -9, 9), Draw(rng, -9, 9)}});
   for (int k = 0; k < forks; ++k) {
     const auto ring = static_cast<size_t>(rng.UniformInt(1, kPieces - 1));
     const float side = k % 2 == 0 ? 1.0f : -1.0f;
@@ -61,9 +60,7 @@ void AddCone(Mesh& core, SheetGrower& scales, const Eigen::Affine3f& place, floa
     const float s = static_cast<float>(k) / 6;
     rings.push_back({place * Vec3f(0, 0, s * length), 0.15f * length * width(s)});
   }
-  LimbOptions options;
-  options.sides = 8;
-  AddLimb(core, rings, options);
+  AddLimb(core, rings, {.sides = 8});
   const SheetTemplate scale = MakeLeafTemplate({LeafShape::kPetal, 0.72f, -0.5f, 0.25f, 2, 0});
   const int count = 64;
   for (int k = 0; k < count; ++k) {
@@ -78,8 +75,7 @@ void AddCone(Mesh& core, SheetGrower& scales, const Eigen::Affine3f& place, floa
   }
 }
 
-}  // namespace
-
+// Fallen leaves that lie over each other, some curled.
 Asset MakeLeafLitter(const LitterParams& p) {
   Rng rng(SceneSeed{p.seed}, "litter");
   SheetGrower leaves(SheetSlot("leaves", {p.seed % 3 == 0 ? "AutumnLeaf" : "DryLeaf"}),
@@ -111,8 +107,7 @@ Asset MakeLeafLitter(const LitterParams& p) {
   return FinishMeshes({&leaves.mesh()}, p.seed);
 }
 
-Asset SampleLeafLitter(Rng& rng) { return MakeLeafLitter(PatchOf(rng, 0.25, 0.55, 130, 260)); }
-
+// Broken twigs.
 Asset MakeTwigs(const LitterParams& p) {
   Rng rng(SceneSeed{p.seed}, "twigs");
   Mesh wood;
@@ -126,8 +121,7 @@ Asset MakeTwigs(const LitterParams& p) {
   return FinishMeshes({&wood}, p.seed);
 }
 
-Asset SampleTwigs(Rng& rng) { return MakeTwigs(PatchOf(rng, 0.2, 0.45, 9, 20)); }
-
+// Cones of pine or spruce.
 Asset MakeCones(const LitterParams& p) {
   Rng rng(SceneSeed{p.seed}, "cones");
   SheetGrower scales(SheetSlot("scales", {"DryLeaf"}), rng.Child("scales"));
@@ -147,8 +141,7 @@ Asset MakeCones(const LitterParams& p) {
   return FinishMeshes({&core, &scales.mesh()}, p.seed);
 }
 
-Asset SampleCones(Rng& rng) { return MakeCones(PatchOf(rng, 0.1, 0.3, 4, 11)); }
-
+// Dry needles in pairs.
 Asset MakeNeedlePatch(const LitterParams& p) {
   Rng rng(SceneSeed{p.seed}, "needles");
   SheetGrower needles(SheetSlot("needles", {"DryLeaf"}), rng.Child("needles"));
@@ -166,6 +159,14 @@ Asset MakeNeedlePatch(const LitterParams& p) {
   }
   return FinishMeshes({&needles.mesh()}, p.seed);
 }
+
+}  // namespace
+
+Asset SampleLeafLitter(Rng& rng) { return MakeLeafLitter(PatchOf(rng, 0.25, 0.55, 130, 260)); }
+
+Asset SampleTwigs(Rng& rng) { return MakeTwigs(PatchOf(rng, 0.2, 0.45, 9, 20)); }
+
+Asset SampleCones(Rng& rng) { return MakeCones(PatchOf(rng, 0.1, 0.3, 4, 11)); }
 
 Asset SampleNeedlePatch(Rng& rng) { return MakeNeedlePatch(PatchOf(rng, 0.15, 0.35, 260, 520)); }
 

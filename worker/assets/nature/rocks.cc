@@ -159,10 +159,11 @@ void AddStone(Mesh& mesh, const StoneForm& form, uint16_t slot, const Eigen::Aff
   SetNormals(mesh, first_vertex, first_triangle);
 }
 
-float LowestFrom(const Mesh& mesh, size_t first) {
+// Moves the points from `first` on so that the lowest is at z = `up`.
+void LetDown(Mesh& mesh, size_t first, float up) {
   float low = 1e9f;
   for (size_t i = first; i < mesh.positions.size(); ++i) low = std::min(low, mesh.positions[i].z());
-  return low;
+  for (size_t i = first; i < mesh.positions.size(); ++i) mesh.positions[i].z() -= low - up;
 }
 
 Eigen::Affine3f Turned(const Vec3f& at, float turn, float tilt, float tilt_to) {
@@ -177,15 +178,83 @@ MaterialSlot StoneSlot(uint64_t seed) {
   return Slot("stone", {seed % 5 < 3 ? "MossyRock" : "Rock", "MossyRock"});
 }
 
-}  // namespace
-
-Asset MakeBoulder(const BoulderParams& p) {
+// One stone in its own stream.
+Asset OneStone(const BoulderParams& p, const char* stream, const MaterialSlot& slot) {
   Mesh mesh;
-  mesh.slots.push_back(StoneSlot(p.seed));
-  Rng rng(SceneSeed{p.seed}, "boulder");
+  mesh.slots.push_back(slot);
+  Rng rng(SceneSeed{p.seed}, stream);
   AddStone(mesh, p.form, 0, Eigen::Affine3f::Identity(), rng);
   return FinishMeshes({&mesh}, p.seed);
 }
+
+// A heap of broken stones.
+struct RockPileParams {
+  float size_m = 0.9f;  // Half of its width.
+  int stones = 12;
+  uint64_t seed = 0;
+};
+
+Asset MakeRockPile(const RockPileParams& p) {
+  Mesh mesh;
+  mesh.slots.push_back(StoneSlot(p.seed));
+  Rng rng(SceneSeed{p.seed}, "pile");
+  for (int k = 0; k < p.stones; ++k) {
+    const float rank = static_cast<float>(k) / static_cast<float>(p.stones);
+    StoneForm form;
+    const float size = p.size_m * Lerp(0.42f, 0.13f, std::sqrt(rank)) * Draw(rng, 0.8, 1.2);
+    form.size = size * Vec3f{Draw(rng, 0.8, 1.25), Draw(rng, 0.7, 1.0), Draw(rng, 0.55, 0.85)};
+    form.planes = rng.UniformInt(12, 24);
+    form.sharpness = Draw(rng, 9, 22);
+    form.rough = Draw(rng, 0.1, 0.18);
+    // Faces of one size on large and small stones.
+    form.cells = std::clamp(static_cast<int>(40 * size / p.size_m), 7, 16);
+    const float a = 2.39996f * static_cast<float>(k) + Draw(rng, -0.5, 0.5),
+                r = p.size_m * 0.62f * std::sqrt(rank) * Draw(rng, 0.75, 1.2);
+    // Early, large ones lie below; some later ones lie on top of them.
+    const float up = k > 2 && rng.Bernoulli(0.35) ? p.size_m * Draw(rng, 0.25, 0.42) : 0.0f;
+    const float inward = up > 0 ? 0.45f : 1.0f;
+    const float turn = Draw(rng, 0, 6.2), tilt = Draw(rng, 0, 0.5), to = Draw(rng, 0, 6.2);
+    const size_t first = mesh.positions.size();
+    AddStone(mesh, form, 0,
+             Turned({inward * r * std::cos(a), inward * r * std::sin(a), 0}, turn, tilt, to), rng);
+    LetDown(mesh, first, up);
+  }
+  return FinishMeshes({&mesh}, p.seed);
+}
+
+// A patch of pebbles.
+struct PebblesParams {
+  float radius_m = 0.2f;  // Size of the patch.
+  float coarse = 1;
+  int stones = 36;
+  uint64_t seed = 0;
+};
+
+Asset MakePebbles(const PebblesParams& p) {
+  Mesh mesh{.slots = {Slot("stones", {"Rock", "MossyRock"}), Slot("pale", {"Sandstone", "Rock"})}};
+  Rng rng(SceneSeed{p.seed}, "pebbles");
+  const int large = std::max(1, p.stones / 6);
+  for (int k = 0; k < p.stones; ++k) {
+    StoneForm form;
+    const float size = (k < large ? Draw(rng, 0.018, 0.032) : Draw(rng, 0.006, 0.016)) * p.coarse;
+    form.size = size * Vec3f{Draw(rng, 0.9, 1.3), Draw(rng, 0.75, 1.0), Draw(rng, 0.45, 0.7)};
+    form.planes = 14;
+    form.sharpness = Draw(rng, 4, 9);
+    form.rough = 0.06f;
+    form.cells = k < large ? 9 : 6;
+    const float a = Draw(rng, 0, 6.2832), r = p.radius_m * std::sqrt(Draw(rng, 0, 1));
+    const float turn = Draw(rng, 0, 6.2), tilt = Draw(rng, 0, 0.4), to = Draw(rng, 0, 6.2);
+    const size_t first = mesh.positions.size();
+    AddStone(mesh, form, rng.Bernoulli(0.3) || k == 0 ? 1 : 0,
+             Turned({r * std::cos(a), r * std::sin(a), 0}, turn, tilt, to), rng);
+    LetDown(mesh, first, 0);
+  }
+  return FinishMeshes({&mesh}, p.seed);
+}
+
+}  // namespace
+
+Asset MakeBoulder(const BoulderParams& p) { return OneStone(p, "boulder", StoneSlot(p.seed)); }
 
 Asset SampleBoulder(Rng& rng) {
   BoulderParams p;
@@ -225,11 +294,7 @@ Asset SampleSeaStack(Rng& rng) {
   p.form.bedding = Draw(rng, 0.03, 0.05);  // Surf has bared its beds.
   p.form.cells = 57;
   p.seed = rng.Seed();
-  Mesh mesh;
-  mesh.slots.push_back(Slot("stone", {"Rock"}));
-  Rng stone(SceneSeed{p.seed}, "stack");
-  AddStone(mesh, p.form, 0, Eigen::Affine3f::Identity(), stone);
-  return FinishMeshes({&mesh}, p.seed);
+  return OneStone(p, "stack", Slot("stone", {"Rock"}));
 }
 
 Asset SampleIceBlock(Rng& rng) {
@@ -242,81 +307,19 @@ Asset SampleIceBlock(Rng& rng) {
   p.form.rough = Draw(rng, 0.06, 0.12);
   p.form.cells = 36;
   p.seed = rng.Seed();
-  Mesh mesh;
-  mesh.slots.push_back(Slot("ice", {"SeaIce"}));
-  Rng block(SceneSeed{p.seed}, "ice");
-  AddStone(mesh, p.form, 0, Eigen::Affine3f::Identity(), block);
-  return FinishMeshes({&mesh}, p.seed);
-}
-
-Asset MakeRockPile(const RockPileParams& p) {
-  Mesh mesh;
-  mesh.slots.push_back(StoneSlot(p.seed));
-  Rng rng(SceneSeed{p.seed}, "pile");
-  for (int k = 0; k < p.stones; ++k) {
-    const float rank = static_cast<float>(k) / static_cast<float>(p.stones);
-    StoneForm form;
-    const float size = p.size_m * Lerp(0.42f, 0.13f, std::sqrt(rank)) * Draw(rng, 0.8, 1.2);
-    form.size = size * Vec3f{Draw(rng, 0.8, 1.25), Draw(rng, 0.7, 1.0), Draw(rng, 0.55, 0.85)};
-    form.planes = rng.UniformInt(12, 24);
-    form.sharpness = Draw(rng, 9, 22);
-    form.rough = Draw(rng, 0.1, 0.18);
-    // Faces of one size on large and small stones.
-    form.cells = std::clamp(static_cast<int>(40 * size / p.size_m), 7, 16);
-    const float a = 2.39996f * static_cast<float>(k) + Draw(rng, -0.5, 0.5),
-                r = p.size_m * 0.62f * std::sqrt(rank) * Draw(rng, 0.75, 1.2);
-    // Early, large ones lie below; some later ones lie on top of them.
-    const float up = k > 2 && rng.Bernoulli(0.35) ? p.size_m * Draw(rng, 0.25, 0.42) : 0.0f;
-    const float inward = up > 0 ? 0.45f : 1.0f;
-    const float turn = Draw(rng, 0, 6.2), tilt = Draw(rng, 0, 0.5), to = Draw(rng, 0, 6.2);
-    const size_t first = mesh.positions.size();
-    AddStone(mesh, form, 0,
-             Turned({inward * r * std::cos(a), inward * r * std::sin(a), 0}, turn, tilt, to), rng);
-    const float drop = LowestFrom(mesh, first) - up;
-    for (size_t i = first; i < mesh.positions.size(); ++i) mesh.positions[i].z() -= drop;
-  }
-  return FinishMeshes({&mesh}, p.seed);
+  return OneStone(p, "ice", Slot("ice", {"SeaIce"}));
 }
 
 Asset SampleRockPile(Rng& rng) {
-  RockPileParams p;
-  p.size_m = Draw(rng, 0.5, 1.3);
-  p.stones = rng.UniformInt(9, 18);
-  p.seed = rng.Seed();
-  return MakeRockPile(p);
-}
-
-Asset MakePebbles(const PebblesParams& p) {
-  Mesh mesh;
-  mesh.slots = {Slot("stones", {"Rock", "MossyRock"}), Slot("pale", {"Sandstone", "Rock"})};
-  Rng rng(SceneSeed{p.seed}, "pebbles");
-  const int large = std::max(1, p.stones / 6);
-  for (int k = 0; k < p.stones; ++k) {
-    StoneForm form;
-    const float size = (k < large ? Draw(rng, 0.018, 0.032) : Draw(rng, 0.006, 0.016)) * p.coarse;
-    form.size = size * Vec3f{Draw(rng, 0.9, 1.3), Draw(rng, 0.75, 1.0), Draw(rng, 0.45, 0.7)};
-    form.planes = 14;
-    form.sharpness = Draw(rng, 4, 9);
-    form.rough = 0.06f;
-    form.cells = k < large ? 9 : 6;
-    const float a = Draw(rng, 0, 6.2832), r = p.radius_m * std::sqrt(Draw(rng, 0, 1));
-    const float turn = Draw(rng, 0, 6.2), tilt = Draw(rng, 0, 0.4), to = Draw(rng, 0, 6.2);
-    const size_t first = mesh.positions.size();
-    AddStone(mesh, form, rng.Bernoulli(0.3) || k == 0 ? 1 : 0,
-             Turned({r * std::cos(a), r * std::sin(a), 0}, turn, tilt, to), rng);
-    const float drop = LowestFrom(mesh, first);
-    for (size_t i = first; i < mesh.positions.size(); ++i) mesh.positions[i].z() -= drop;
-  }
-  return FinishMeshes({&mesh}, p.seed);
+  return MakeRockPile(
+      {.size_m = Draw(rng, 0.5, 1.3), .stones = rng.UniformInt(9, 18), .seed = rng.Seed()});
 }
 
 Asset SamplePebbles(Rng& rng) {
-  PebblesParams p;
-  p.radius_m = Draw(rng, 0.12, 0.3);
-  p.coarse = Draw(rng, 0.8, 1.6);
-  p.stones = rng.UniformInt(24, 48);
-  p.seed = rng.Seed();
-  return MakePebbles(p);
+  return MakePebbles({.radius_m = Draw(rng, 0.12, 0.3),
+                      .coarse = Draw(rng, 0.8, 1.6),
+                      .stones = rng.UniformInt(24, 48),
+                      .seed = rng.Seed()});
 }
 
 }  // namespace parallax

@@ -15,6 +15,19 @@ using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
 
 constexpr int kPoints = 420, kLeavesATwig = 9;
 
+// A bush of forked stems with leaves.
+struct ShrubParams {
+  float height_m = 1.2f;
+  float width = 1.1f;  // In heights.
+  LeafForm leaf;
+  float leaf_m = 0.045f;
+  int leaves = 2200;
+  float blossoms = 0;  // Share of twigs that end in flowers.
+  bool bare = false;   // Dry: no leaves.
+  Season season = Season::kSummer;
+  uint64_t seed = 0;
+};
+
 class ShrubGrower {
  public:
   explicit ShrubGrower(const ShrubParams& p)
@@ -181,9 +194,7 @@ class ShrubGrower {
 };
 
 ShrubParams DrawShrub(Rng& rng) {
-  ShrubParams p;
-  p.height_m = Draw(rng, 0.6, 1.7);
-  p.width = Draw(rng, 0.8, 1.4);
+  ShrubParams p{.height_m = Draw(rng, 0.6, 1.7), .width = Draw(rng, 0.8, 1.4)};
   const LeafShape shapes[] = {LeafShape::kElliptic, LeafShape::kOvate, LeafShape::kOblong};
   p.leaf = {shapes[rng.UniformInt(0, 2)], Draw(rng, 0.35, 0.65), 0.5f, 0.0f, 3, 0.3f};
   p.leaf_m = (0.03f + 0.026f * p.height_m) * Draw(rng, 0.85, 1.25);
@@ -195,9 +206,9 @@ ShrubParams DrawShrub(Rng& rng) {
   return p;
 }
 
-}  // namespace
-
 Asset MakeShrub(const ShrubParams& p) { return ShrubGrower(p).Grow(); }
+
+}  // namespace
 
 Asset SampleShrub(Rng& rng) { return MakeShrub(DrawShrub(rng)); }
 

@@ -108,9 +108,7 @@ void WoodMaker::AddTrunk(const std::vector<LimbRing>& rings) {
 
 void WoodMaker::AddBranch(const std::vector<LimbRing>& rings) {
   const float radius = rings[1].radius;
-  LimbOptions options;
-  options.sides = SidesFor(radius);
-  options.texture_offset_m = Offset();
+  const LimbOptions options{.sides = SidesFor(radius), .texture_offset_m = Offset()};
   std::vector<LimbRing> all;
   const bool fine = style_.detail == PlantDetail::kNear && radius > 0.015f;
   const size_t stride = fine ? 1 : style_.detail == PlantDetail::kFar ? 4 : 2;
@@ -130,10 +128,7 @@ void WoodMaker::AddTwig(const std::vector<Vec3f>& path, float radius_m) {
     const float t = static_cast<float>(i) / static_cast<float>(path.size() - 1);
     rings.push_back({path[i], radius_m * (1 - 0.7f * t)});
   }
-  LimbOptions options;
-  options.sides = 3;
-  options.texture_offset_m = Offset();
-  AddLimb(twigs_, rings, options);
+  AddLimb(twigs_, rings, {.sides = 3, .texture_offset_m = Offset()});
 }
 
 void WoodMaker::MoveTo(AssetBuilder& b) const {

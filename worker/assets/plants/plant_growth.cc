@@ -6,10 +6,9 @@
 #include "worker/assets/kernel/detail_scope.h"
 
 namespace parallax {
+namespace {
 
 using namespace kernel;  // NOLINT: the modelling vocabulary of this folder.
-
-namespace {
 
 // A thin four-sided thorn.
 void AddSpike(Shape& shape, const Vec3f& from, const Vec3f& to, float radius) {
@@ -28,20 +27,21 @@ void AddSpike(Shape& shape, const Vec3f& from, const Vec3f& to, float radius) {
   shape.AddQuad(base[3], base[2], base[1], base[0]);
 }
 
-}  // namespace
+// The blade of a leaf, as a thin closed sheet.
+struct LeafParams {
+  float length_m = 0.15f;
+  float width_m = 0.05f;
+  float droop = 0.5f;   // How far the tip bends down, in lengths.
+  float fold = 0.25f;   // Fold of the halves about the midrib; 0 = flat.
+  float wave = 0.0f;    // Undulation of the margin.
+  float widest = 0.4f;  // Where along the length.
+  float point = 1.0f;   // 1 = tapering tip, 0.5 = blunt.
+  float thickness_m = 0.0006f;
+  int lobes = 0;    // Cuts from the margin (monstera).
+  int pieces = 10;  // Along the length.
+};
 
-MaterialSlot LeafSlot() { return Slot("leaves", {"leaf"}); }
-MaterialSlot StemSlot() { return Slot("stems", {"leaf", "bark"}); }
-
-Eigen::Affine3f Growing(const Vec3f& at, float a, float pitch, float roll) {
-  Eigen::Affine3f place = Eigen::Affine3f::Identity();
-  place.translate(at);
-  place.rotate(Eigen::AngleAxisf(a, Vec3f::UnitZ()));
-  place.rotate(Eigen::AngleAxisf(pitch, Vec3f::UnitX()));
-  place.rotate(Eigen::AngleAxisf(roll, Vec3f::UnitY()));
-  return place;
-}
-
+// Starts at the origin and grows along +y, top side up (+z). A thin closed sheet.
 Shape Leaf(const LeafParams& p) {
   const float half = 0.5f * p.width_m;
   const auto width = SmoothThrough({{0.0f, 0.08f},
@@ -74,6 +74,20 @@ Shape Leaf(const LeafParams& p) {
     leaf.texture[i] = {leaf.texture[i].y(), leaf.texture[i].x(), leaf.texture[i].z()};
   leaf.crease_rad = 1.2f;
   return leaf;
+}
+
+}  // namespace
+
+MaterialSlot LeafSlot() { return Slot("leaves", {"leaf"}); }
+MaterialSlot StemSlot() { return Slot("stems", {"leaf", "bark"}); }
+
+Eigen::Affine3f Growing(const Vec3f& at, float a, float pitch, float roll) {
+  Eigen::Affine3f place = Eigen::Affine3f::Identity();
+  place.translate(at);
+  place.rotate(Eigen::AngleAxisf(a, Vec3f::UnitZ()));
+  place.rotate(Eigen::AngleAxisf(pitch, Vec3f::UnitX()));
+  place.rotate(Eigen::AngleAxisf(roll, Vec3f::UnitY()));
+  return place;
 }
 
 // Arching grass-like blades.
@@ -149,8 +163,7 @@ void GrowBroad(AssetBuilder& b, float base_z, float size, float spread, bool lob
     SweepOptions taper;
     taper.scale = [](float s) { return Vec2f::Constant(1.0f - 0.45f * s).eval(); };
     b.Add(Sweep(stalk, EllipseSection(2 * thick, 2 * thick, 8), taper), StemSlot());
-    LeafParams leaf;
-    leaf.length_m = size * (lobed ? Draw(rng, 0.34, 0.46) : Draw(rng, 0.26, 0.42));
+    LeafParams leaf{.length_m = size * (lobed ? Draw(rng, 0.34, 0.46) : Draw(rng, 0.26, 0.42))};
     leaf.width_m = leaf.length_m * (lobed ? 0.92f : Draw(rng, 0.42, 0.6));
     leaf.droop = Draw(rng, 0.15, 0.4);
     leaf.fold = Draw(rng, 0.1, 0.25);
@@ -187,8 +200,7 @@ void GrowFern(AssetBuilder& b, float base_z, float size, bool palm, Rng& rng) {
                            (static_cast<float>(k) + 0.5f) / static_cast<float>(pairs));
       const float envelope =
           palm ? std::sin(kPi * std::pow(s, 0.75f)) * 0.75f + 0.25f : std::pow(1 - s, 0.7f) + 0.12f;
-      LeafParams leaf;
-      leaf.length_m = length * (palm ? 0.42f : 0.26f) * envelope;
+      LeafParams leaf{.length_m = length * (palm ? 0.42f : 0.26f) * envelope};
       leaf.width_m = palm ? 0.1f * leaf.length_m + 0.003f : 0.3f * leaf.length_m;
       leaf.droop = palm ? 0.35f : 0.15f;
       leaf.fold = 0.2f;
@@ -252,8 +264,7 @@ void GrowCactus(AssetBuilder& b, const CactusColumn& column, Rng& rng) {
   const float size = column.radius_m, spine_m = column.spine_m;
   const int ribs = column.ribs;
   const int around = ribs * 6;
-  SweepOptions options;
-  options.end_round_m = 0.94f * size;
+  const SweepOptions options{.end_round_m = 0.94f * size};
   Path2 section;
   for (int k = 0; k < around; ++k) {
     const float a = 2 * kPi * static_cast<float>(k) / static_cast<float>(around);
@@ -304,10 +315,8 @@ void TreeGrower::Branch(const Vec3f& from, const Vec3f& heading, float length, f
     at += dir * (length / kPieces);
     path.push_back(at);
   }
-  SweepOptions options;
-  options.scale = [](float s) { return Vec2f::Constant(1.0f - 0.4f * s).eval(); };
-  wood.Add(
-      Sweep(Spline(path, 2), EllipseSection(2 * radius, 2 * radius, level == 0 ? 12 : 7), options));
+  wood.Add(Sweep(Spline(path, 2), EllipseSection(2 * radius, 2 * radius, level == 0 ? 12 : 7),
+                 {.scale = [](float s) { return Vec2f::Constant(1.0f - 0.4f * s).eval(); }}));
   if (level == depth) {
     for (int k = 0; k < leaves_per_twig; ++k) {
       const float s = Lerp(
@@ -315,8 +324,7 @@ void TreeGrower::Branch(const Vec3f& from, const Vec3f& heading, float length, f
       const float f = s * static_cast<float>(kPieces);
       const size_t i = std::min<size_t>(static_cast<size_t>(f), kPieces - 1);
       const Vec3f p = path[i] + (path[i + 1] - path[i]) * (f - static_cast<float>(i));
-      LeafParams leaf;
-      leaf.length_m = leaf_m * Draw(rng, 0.7, 1.2);
+      LeafParams leaf{.length_m = leaf_m * Draw(rng, 0.7, 1.2)};
       leaf.width_m = leaf_width * leaf.length_m;
       leaf.droop = Draw(rng, 0.1, 0.5);
       leaf.fold = 0.2f;

@@ -1,7 +1,7 @@
 // Growth of potted plants and bushes: leaves about stems, fronds, blades, spines, branches.
 #pragma once
 
-#include "worker/assets/plants/plants.h"
+#include "worker/assets/parts.h"
 
 namespace parallax {
 

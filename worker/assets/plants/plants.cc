@@ -1,8 +1,9 @@
-#include "worker/assets/plants/plants.h"
-
+// Plants in pots, bushes, cactuses, and small finds from walks.
 #include <algorithm>
 #include <cmath>
 
+#include "worker/assets/asset_families.h"
+#include "worker/assets/parts.h"
 #include "worker/assets/plants/plant_growth.h"
 
 namespace parallax {
@@ -38,12 +39,24 @@ Path2 PotWall(int form, float r, float h) {
   return wall;
 }
 
+// The habit of a potted plant.
+enum class PlantKind { kBlades, kRosette, kBroad, kFern, kSnake, kCactus, kPalm, kTree, kCount };
+
+// A plant in a pot, with its soil.
+struct PotPlantParams {
+  PlantKind kind = PlantKind::kBroad;
+  float pot_radius_m = 0.07f;
+  float pot_height_m = 0.12f;
+  float plant_m = 0.25f;  // Height above the soil, roughly.
+  bool saucer = true;
+  uint64_t seed = 0;
+};
+
 // The pot itself, `lift` above the ground, some with ribs, and its saucer.
 void AddVessel(AssetBuilder& b, const PotPlantParams& p, const Path2& wall, float lift, Rng& rng) {
   const float r = p.pot_radius_m, h = p.pot_height_m;
   const MaterialSlot slot = Slot("pot", {"ceramic", "stone", "plastic"});
-  LatheOptions options;
-  options.segments = 64;
+  LatheOptions options{.segments = 64};
   const int ribs = rng.Bernoulli(0.3) ? rng.UniformInt(14, 28) : 0;
   if (ribs > 0)
     options.modulate = [=](float a, float z) {
@@ -126,10 +139,9 @@ void AddPalm(AssetBuilder& b, const PotPlantParams& p, float z, int stem, int st
   const Vec3f from(0.25f * top.x(), 0.25f * top.y(), z - 0.02f);
   for (int k = 0; k <= 24; ++k)
     path.push_back(from + (top - from) * (static_cast<float>(k) / 24.0f));
-  SweepOptions rings;
-  rings.scale = [](float t) {
+  const SweepOptions rings{.scale = [](float t) {
     return Vec2f::Constant((1.0f - 0.35f * t) * (1 + 0.07f * std::sin(150 * t))).eval();
-  };
+  }};
   b.Add(Sweep(path, EllipseSection(0.06f * p.plant_m, 0.06f * p.plant_m, 12), rings),
         Slot("trunk", {"bark", "wood"}));
   AssetBuilder crown(p.seed + static_cast<uint64_t>(stem) + 1);
@@ -141,8 +153,6 @@ void AddPalm(AssetBuilder& b, const PotPlantParams& p, float z, int stem, int st
                         top.z() - 0.08f * p.plant_m - 0.12f * box.sizes().z()));
   b.AddMesh(part.mesh, carry);
 }
-
-}  // namespace
 
 Asset MakePotPlant(const PotPlantParams& p) {
   AssetBuilder b(p.seed);
@@ -184,33 +194,13 @@ Asset MakePotPlant(const PotPlantParams& p) {
   return b.Finish();
 }
 
-Asset SamplePlantContainer(Rng& rng) {
-  PotPlantParams p;
-  const PlantKind kinds[] = {PlantKind::kBlades, PlantKind::kRosette, PlantKind::kBroad,
-                             PlantKind::kFern,   PlantKind::kSnake,   PlantKind::kCactus};
-  p.kind = kinds[rng.UniformInt(0, 5)];
-  p.pot_radius_m = Draw(rng, 0.05, 0.09);
-  p.pot_height_m = p.pot_radius_m * Draw(rng, 1.3, 2.0);
-  p.plant_m = p.pot_radius_m * Draw(rng, 2.0, 3.4);
-  p.saucer = rng.Bernoulli(0.5);
-  p.seed = rng.Seed();
-  return MakePotPlant(p);
-}
-
-Asset SampleLargePlantContainer(Rng& rng) {
-  PotPlantParams p;
-  const PlantKind kinds[] = {PlantKind::kBroad, PlantKind::kSnake, PlantKind::kPalm,
-                             PlantKind::kTree,  PlantKind::kFern,  PlantKind::kRosette};
-  p.kind = kinds[rng.UniformInt(0, 5)];
-  p.pot_radius_m = Draw(rng, 0.14, 0.22);
-  p.pot_height_m = p.pot_radius_m * Draw(rng, 1.4, 2.2);
-  p.plant_m = Draw(rng, 0.7, 1.2);
-  if (p.kind == PlantKind::kRosette || p.kind == PlantKind::kFern) p.plant_m = Draw(rng, 0.45, 0.7);
-  if (p.kind == PlantKind::kBroad) p.plant_m = Draw(rng, 0.55, 0.85);
-  p.saucer = rng.Bernoulli(0.3);
-  p.seed = rng.Seed();
-  return MakePotPlant(p);
-}
+// A bush without a pot.
+struct BushParams {
+  float size_m = 0.8f;       // Height, roughly.
+  float leaf_width = 0.45f;  // In lengths.
+  int stems = 12;
+  uint64_t seed = 0;
+};
 
 Asset MakeBush(const BushParams& p) {
   const float size = p.size_m;
@@ -230,14 +220,12 @@ Asset MakeBush(const BushParams& p) {
   return b.Finish();
 }
 
-Asset SampleBush(Rng& rng) {
-  BushParams p;
-  p.size_m = Draw(rng, 0.5, 1.0);
-  p.leaf_width = Draw(rng, 0.3, 0.6);
-  p.stems = rng.UniformInt(10, 14);
-  p.seed = rng.Seed();
-  return MakeBush(p);
-}
+// A ribbed cactus with arms.
+struct CactusParams {
+  float height_m = 0.9f, radius_m = 0.08f;
+  int ribs = 12, arms = 2;
+  uint64_t seed = 0;
+};
 
 Asset MakeCactus(const CactusParams& p) {
   AssetBuilder b(p.seed);
@@ -265,15 +253,12 @@ Asset MakeCactus(const CactusParams& p) {
   return b.Finish();
 }
 
-Asset SampleCactus(Rng& rng) {
-  CactusParams p;
-  p.height_m = Draw(rng, 0.5, 1.4);
-  p.radius_m = p.height_m * Draw(rng, 0.075, 0.1);
-  p.ribs = rng.UniformInt(10, 15);
-  p.arms = rng.UniformInt(1, 4);
-  p.seed = rng.Seed();
-  return MakeCactus(p);
-}
+// A sea urchin's shell with spines.
+struct UrchinParams {
+  float radius_m = 0.028f;  // Radius of the body.
+  float spine_m = 0.045f;   // The longest.
+  uint64_t seed = 0;
+};
 
 Asset MakeUrchin(const UrchinParams& p) {
   AssetBuilder b(p.seed);
@@ -307,9 +292,54 @@ Asset MakeUrchin(const UrchinParams& p) {
   return b.Finish();
 }
 
+}  // namespace
+
+Asset SamplePlantContainer(Rng& rng) {
+  PotPlantParams p;
+  const PlantKind kinds[] = {PlantKind::kBlades, PlantKind::kRosette, PlantKind::kBroad,
+                             PlantKind::kFern,   PlantKind::kSnake,   PlantKind::kCactus};
+  p.kind = kinds[rng.UniformInt(0, 5)];
+  p.pot_radius_m = Draw(rng, 0.05, 0.09);
+  p.pot_height_m = p.pot_radius_m * Draw(rng, 1.3, 2.0);
+  p.plant_m = p.pot_radius_m * Draw(rng, 2.0, 3.4);
+  p.saucer = rng.Bernoulli(0.5);
+  p.seed = rng.Seed();
+  return MakePotPlant(p);
+}
+
+Asset SampleLargePlantContainer(Rng& rng) {
+  PotPlantParams p;
+  const PlantKind kinds[] = {PlantKind::kBroad, PlantKind::kSnake, PlantKind::kPalm,
+                             PlantKind::kTree,  PlantKind::kFern,  PlantKind::kRosette};
+  p.kind = kinds[rng.UniformInt(0, 5)];
+  p.pot_radius_m = Draw(rng, 0.14, 0.22);
+  p.pot_height_m = p.pot_radius_m * Draw(rng, 1.4, 2.2);
+  p.plant_m = Draw(rng, 0.7, 1.2);
+  if (p.kind == PlantKind::kRosette || p.kind == PlantKind::kFern) p.plant_m = Draw(rng, 0.45, 0.7);
+  if (p.kind == PlantKind::kBroad) p.plant_m = Draw(rng, 0.55, 0.85);
+  p.saucer = rng.Bernoulli(0.3);
+  p.seed = rng.Seed();
+  return MakePotPlant(p);
+}
+
+Asset SampleBush(Rng& rng) {
+  return MakeBush({.size_m = Draw(rng, 0.5, 1.0),
+                   .leaf_width = Draw(rng, 0.3, 0.6),
+                   .stems = rng.UniformInt(10, 14),
+                   .seed = rng.Seed()});
+}
+
+Asset SampleCactus(Rng& rng) {
+  CactusParams p{.height_m = Draw(rng, 0.5, 1.4)};
+  p.radius_m = p.height_m * Draw(rng, 0.075, 0.1);
+  p.ribs = rng.UniformInt(10, 15);
+  p.arms = rng.UniformInt(1, 4);
+  p.seed = rng.Seed();
+  return MakeCactus(p);
+}
+
 Asset SampleUrchin(Rng& rng) {
-  UrchinParams p;
-  p.radius_m = Draw(rng, 0.022, 0.035);
+  UrchinParams p{.radius_m = Draw(rng, 0.022, 0.035)};
   p.spine_m = p.radius_m * Draw(rng, 1.1, 2.2);
   p.seed = rng.Seed();
   return MakeUrchin(p);

@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 #include <sys/stat.h>
 
 #include <filesystem>
@@ -11,6 +10,7 @@
 #include "common/base/system/file.h"
 #include "common/rpc/certificate.h"
 #include "common/rpc/revocation.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
@@ -19,14 +19,9 @@ namespace fs = std::filesystem;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-class InitTest : public testing::Test {
+class InitTest : public FolderTest {
  protected:
-  InitTest() {
-    char name[] = "/tmp/parallax-init-XXXXXX";
-    root_ = mkdtemp(name);
-    options_.dir = root_ + "/farm";
-  }
-  ~InitTest() override { fs::remove_all(root_); }
+  InitTest() { options_.dir = dir_ + "/farm"; }
 
   absl::Status Init() { return InitFarm(options_, Clock::System(), said_); }
   mode_t ModeOf(const std::string& path) const {
@@ -38,7 +33,6 @@ class InitTest : public testing::Test {
     return LoadTlsIdentity(options_.dir + "/" + folder, Clock::System());
   }
 
-  std::string root_;
   InitOptions options_;
   std::ostringstream said_;
 };

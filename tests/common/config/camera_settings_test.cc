@@ -8,6 +8,7 @@
 #include "common/base/hash.h"
 #include "common/base/system/file.h"
 #include "common/config/config.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
@@ -20,16 +21,9 @@ constexpr char kMiddlebury[] =
     "cam0=[4161.221 0 1445.577; 0 4160.5 984.686; 0 0 1]\nbaseline=176.252\nwidth=2880\n"
     "height=1988\n";
 
-class CameraConfigTest : public ::testing::Test {
+class CameraConfigTest : public FolderTest {
  protected:
-  void SetUp() override {
-    dir_ = ::testing::TempDir() + "camera_" +
-           ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::filesystem::remove_all(dir_);
-    std::filesystem::create_directories(dir_);
-    Write("calib.txt", kMiddlebury);
-  }
-  void TearDown() override { std::filesystem::remove_all(dir_); }
+  void SetUp() override { Write("calib.txt", kMiddlebury); }
   std::string Write(const std::string& name, const std::string& text) {
     const std::string path = dir_ + "/" + name;
     EXPECT_TRUE(WriteFile(path, text).ok());
@@ -43,7 +37,6 @@ class CameraConfigTest : public ::testing::Test {
     EXPECT_FALSE(config.ok()) << yaml;
     return std::string(ToStd(config.status().message()));
   }
-  std::string dir_;
 };
 
 TEST_F(CameraConfigTest, NoneIsNoneAndChangesNoByte) {

@@ -11,6 +11,7 @@
 #include "common/base/system/file.h"
 #include "common/config/config.h"
 #include "parallax/v1/scene.pb.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
@@ -21,22 +22,14 @@ using ::testing::HasSubstr;
 const std::string kConfigs = PARALLAX_CONFIGS;
 
 // A folder of its own for each test.
-class LoadTest : public ::testing::Test {
+class LoadTest : public FolderTest {
  protected:
-  void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    dir_ = ::testing::TempDir() + "config_" + info->name();
-    std::filesystem::remove_all(dir_);
-    std::filesystem::create_directories(dir_);
-  }
-  void TearDown() override { std::filesystem::remove_all(dir_); }
   std::string Write(const std::string& name, const std::string& text) {
     const std::string path = dir_ + "/" + name;
     std::filesystem::create_directories(std::filesystem::path(path).parent_path());
     EXPECT_TRUE(WriteFile(path, text).ok());
     return path;
   }
-  std::string dir_;
 };
 
 TEST(SceneConfigYaml, AnEmptyFileHasEveryFieldAtItsDefault) {

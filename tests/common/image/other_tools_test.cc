@@ -12,7 +12,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
 #include "common/base/system/file.h"
@@ -20,6 +19,7 @@
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
 #include "common/image/picture_pair.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
@@ -29,14 +29,8 @@ using ::testing::HasSubstr;
 
 std::string Message(const absl::Status& status) { return std::string(ToStd(status.message())); }
 
-class OtherTools : public ::testing::Test {
+class OtherTools : public FolderTest {
  protected:
-  OtherTools() {
-    dir_ = ::testing::TempDir() + "other_tools_" +
-           ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::filesystem::create_directories(dir_);
-  }
-  ~OtherTools() override { std::filesystem::remove_all(dir_); }
   std::string Write(const std::string& name, const std::string& bytes) const {
     EXPECT_TRUE(WriteFile(dir_ + "/" + name, bytes).ok());
     return dir_ + "/" + name;
@@ -45,7 +39,6 @@ class OtherTools : public ::testing::Test {
     EXPECT_TRUE(cv::imwrite(dir_ + "/" + name, mat));
     return dir_ + "/" + name;
   }
-  std::string dir_;
 };
 
 // ---- PFM

@@ -3,20 +3,17 @@
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
-
-#include <filesystem>
 
 #include "common/base/status.h"
 #include "common/base/system/file.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "parallax/v1/service.grpc.pb.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
 
-namespace fs = std::filesystem;
 using std::chrono::seconds;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -90,13 +87,9 @@ class Answering final : public v1::Coordinator::Service {
 };
 
 // One authority, a server that shows what it is told to, and clients of all sorts.
-class TlsTest : public testing::Test {
+class TlsTest : public FolderTest {
  protected:
-  TlsTest() : ca_(*MakeAuthority(Order("ca", Now() - 20 * kDay_s, 100))) {
-    char name[] = "/tmp/parallax-tls-XXXXXX";
-    directory_ = mkdtemp(name);
-  }
-  ~TlsTest() override { fs::remove_all(directory_); }
+  TlsTest() : ca_(*MakeAuthority(Order("ca", Now() - 20 * kDay_s, 100))) {}
 
   static std::shared_ptr<const TlsIdentity> Identity(const KeyPair& ca, const KeyPair& own) {
     auto identity = std::make_shared<TlsIdentity>();
@@ -142,7 +135,6 @@ class TlsTest : public testing::Test {
     EXPECT_EQ(MessageOf(explained).find('\n'), std::string::npos);
   }
 
-  std::string directory_;
   const KeyPair ca_;
   Answering service_;
   std::unique_ptr<RpcServer> server_;
@@ -227,11 +219,11 @@ TEST_F(TlsTest, TlsAllowsOtherMachinesAndExcludesInsecure) {
 }
 
 TEST_F(TlsTest, AFolderIsLoadedOnlyWhenItsPartsFit) {
-  const auto load = [this] { return LoadTlsIdentity(directory_, Clock::System()); };
+  const auto load = [this] { return LoadTlsIdentity(dir_, Clock::System()); };
   const auto write = [this](const KeyPair& ca, const KeyPair& own) {
-    ASSERT_TRUE(WriteFile(directory_ + "/ca.crt", ca.certificate_pem).ok());
-    ASSERT_TRUE(WriteFile(directory_ + "/tls.crt", own.certificate_pem).ok());
-    ASSERT_TRUE(WriteFile(directory_ + "/tls.key", own.key_pem).ok());
+    ASSERT_TRUE(WriteFile(dir_ + "/ca.crt", ca.certificate_pem).ok());
+    ASSERT_TRUE(WriteFile(dir_ + "/tls.crt", own.certificate_pem).ok());
+    ASSERT_TRUE(WriteFile(dir_ + "/tls.key", own.key_pem).ok());
   };
   EXPECT_THAT(MessageOf(load().status()), HasSubstr("coordinator init DIR --issue ROLE NAME"));
   const KeyPair own = *IssueClient(ca_, Order("ada"), Role::kWorker);

@@ -2,14 +2,12 @@
 
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 #include <sys/stat.h>
-
-#include <filesystem>
 
 #include "common/base/status.h"
 #include "common/rpc/grpc_status.h"
 #include "parallax/v1/service.grpc.pb.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
@@ -30,14 +28,8 @@ class EchoVersion final : public v1::Coordinator::Service {
   }
 };
 
-class EndpointTest : public testing::Test {
+class EndpointTest : public FolderTest {
  protected:
-  EndpointTest() {
-    char name[] = "/tmp/parallax-rpc-XXXXXX";
-    directory_ = mkdtemp(name);
-  }
-  ~EndpointTest() override { std::filesystem::remove_all(directory_); }
-
   RpcAddress Parse(const std::string& text) { return *ParseRpcAddress(text); }
   absl::StatusOr<std::unique_ptr<RpcServer>> Listen(const std::string& text) {
     return RpcServer::Start({Parse(text)}, {}, service_);
@@ -52,12 +44,11 @@ class EndpointTest : public testing::Test {
     return reply.version();
   }
 
-  std::string directory_;
   EchoVersion service_;
 };
 
 TEST_F(EndpointTest, CallsTravelOverTcpAndUnixSocketsOfOneServer) {
-  const std::string socket = "unix:" + directory_ + "/s";
+  const std::string socket = "unix:" + dir_ + "/s";
   auto server = RpcServer::Start({Parse("127.0.0.1:0"), Parse(socket)}, {}, service_);
   ASSERT_TRUE(server.ok()) << server.status();
   ASSERT_NE((*server)->addresses()[0].port, 0);
@@ -67,7 +58,7 @@ TEST_F(EndpointTest, CallsTravelOverTcpAndUnixSocketsOfOneServer) {
     EXPECT_EQ(*answer, "echo");
   }
   struct stat entry;
-  ASSERT_EQ(stat((directory_ + "/s").c_str(), &entry), 0);
+  ASSERT_EQ(stat((dir_ + "/s").c_str(), &entry), 0);
   EXPECT_EQ(entry.st_mode & 0777, 0600u) << "others must not reach the socket";
 }
 
@@ -82,7 +73,7 @@ TEST_F(EndpointTest, AnAddressInUseIsNamed) {
 }
 
 TEST_F(EndpointTest, AUnixSocketThatIsServedIsNotTakenAway) {
-  const std::string address = "unix:" + directory_ + "/s";
+  const std::string address = "unix:" + dir_ + "/s";
   auto first = Listen(address);
   ASSERT_TRUE(first.ok()) << first.status();
   const auto second = Listen(address);
@@ -91,7 +82,7 @@ TEST_F(EndpointTest, AUnixSocketThatIsServedIsNotTakenAway) {
 }
 
 TEST_F(EndpointTest, AUnixSocketLeftByADeadServerIsReplaced) {
-  const std::string address = "unix:" + directory_ + "/s";
+  const std::string address = "unix:" + dir_ + "/s";
   ASSERT_TRUE(Listen(address).ok());
   auto again = Listen(address);
   ASSERT_TRUE(again.ok()) << again.status();
@@ -99,7 +90,7 @@ TEST_F(EndpointTest, AUnixSocketLeftByADeadServerIsReplaced) {
 }
 
 TEST_F(EndpointTest, AMissingFolderOfASocketIsNamed) {
-  const auto server = Listen("unix:" + directory_ + "/none/s");
+  const auto server = Listen("unix:" + dir_ + "/none/s");
   ASSERT_FALSE(server.ok());
   EXPECT_NE(server.status().ToString().find("none/s"), std::string::npos) << server.status();
 }

@@ -3,11 +3,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 
 #include "common/base/system/file.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
@@ -25,17 +25,12 @@ class SteppedClock final : public Clock {
   SteadyTime now_ = SteadyTime() + std::chrono::hours(1);
 };
 
-class RevocationTest : public testing::Test {
+class RevocationTest : public FolderTest {
  protected:
-  RevocationTest() {
-    char name[] = "/tmp/parallax-revocation-XXXXXX";
-    dir_ = mkdtemp(name);
-    path_ = dir_ + "/revoked";
-  }
-  ~RevocationTest() override { fs::remove_all(dir_); }
+  RevocationTest() { path_ = dir_ + "/revoked"; }
 
   const std::string ada_ = std::string(64, 'a'), bob_ = std::string(64, 'b');
-  std::string dir_, path_;
+  std::string path_;
   SteppedClock clock_;
 };
 

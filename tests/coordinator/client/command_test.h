@@ -2,7 +2,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -13,6 +12,7 @@
 
 #include "coordinator/client/exit_code.h"
 #include "tests/coordinator/client/canned_coordinator.h"
+#include "tests/folder_test.h"
 #include "tests/job_messages.h"
 
 namespace parallax::client {
@@ -46,15 +46,8 @@ inline v1::StudyStatus Baseline(int64_t id = 3) {
   return study;
 }
 
-class CommandTest : public ::testing::Test {
+class CommandTest : public FolderTest {
  protected:
-  void SetUp() override {
-    std::string name = std::filesystem::temp_directory_path() / "client_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(dir_); }
-
   Outcome Run(std::vector<std::string> arguments) {
     arguments.insert(arguments.end(), {"--coordinator", coordinator_.address()});
     return RunCommand(arguments);
@@ -71,7 +64,6 @@ class CommandTest : public ::testing::Test {
   }
 
   FakeCoordinator coordinator_;
-  std::string dir_;
 };
 
 inline int Lines(const std::string& text) {

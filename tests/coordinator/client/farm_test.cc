@@ -6,7 +6,6 @@
 
 #include <atomic>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -18,6 +17,7 @@
 #include "coordinator/client/farm/keeper.h"
 #include "coordinator/client/farm/slurm.h"
 #include "tests/coordinator/client/canned_coordinator.h"
+#include "tests/folder_test.h"
 #include "tests/job_messages.h"
 
 namespace parallax::client {
@@ -248,12 +248,9 @@ class ChangingCoordinator : public FakeCoordinator {
   }
 };
 
-class FarmCommandTest : public ::testing::Test {
+class FarmCommandTest : public FolderTest {
  protected:
   void SetUp() override {
-    std::string name = std::filesystem::temp_directory_path() / "farm_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
     path_before_ = std::getenv("PATH");
     setenv("PATH", (dir_ + ":" + path_before_).c_str(), 1);
     coordinator_.studies = {StudyWith(v1::STUDY_STATE_RUNNING, {{"READY", 3}})};
@@ -266,10 +263,7 @@ class FarmCommandTest : public ::testing::Test {
                           "/queue; echo 'sbatch: a note of the site' >&2; echo '17;here'");
     Program("scancel", "echo \"$@\" >> " + dir_ + "/scancel.log; : > " + dir_ + "/queue");
   }
-  void TearDown() override {
-    setenv("PATH", path_before_.c_str(), 1);
-    std::filesystem::remove_all(dir_);
-  }
+  void TearDown() override { setenv("PATH", path_before_.c_str(), 1); }
   Outcome Run(std::vector<std::string> arguments) {
     arguments.insert(arguments.end(), {"--coordinator", coordinator_.address()});
     return RunCommand(arguments);
@@ -288,7 +282,7 @@ class FarmCommandTest : public ::testing::Test {
     return text.str();
   }
   ChangingCoordinator coordinator_;
-  std::string dir_, path_before_, script_;
+  std::string path_before_, script_;
 };
 
 TEST_F(FarmCommandTest, DryRunSaysWhatItWouldDoAndDoesNothing) {

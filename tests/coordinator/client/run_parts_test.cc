@@ -22,6 +22,7 @@
 #include "coordinator/client/runs/embedded_run.h"
 #include "coordinator/client/runs/shared_store.h"
 #include "coordinator/client/views/run_report.h"
+#include "tests/folder_test.h"
 
 namespace parallax::client {
 namespace {
@@ -89,32 +90,31 @@ TEST(Machine, WhatAStudyNeedsAndIsNotHereIsSaidWithItsRemedy) {
   unsetenv("PARALLAX_TRAINER");
 }
 
-TEST(LocalStore, IsTheDatasetsOwnUnlessTheUserSharesOne) {
-  std::string dir = testing::TempDir() + "stores-XXXXXX";
-  ASSERT_NE(mkdtemp(dir.data()), nullptr);
-  const std::string one = dir + "/one/.parallax", two = dir + "/two/.parallax";
+using LocalStoreTest = FolderTest;
+
+TEST_F(LocalStoreTest, IsTheDatasetsOwnUnlessTheUserSharesOne) {
+  const std::string one = dir_ + "/one/.parallax", two = dir_ + "/two/.parallax";
   fs::create_directories(one);
   fs::create_directories(two);
-  setenv("XDG_CACHE_HOME", (dir + "/cache").c_str(), 1);
+  setenv("XDG_CACHE_HOME", (dir_ + "/cache").c_str(), 1);
   unsetenv("PARALLAX_STORE");
   EXPECT_EQ(*ChooseStore("", one), one);
   EXPECT_THAT(DescribeUsersStore(), HasSubstr("in the dataset's own folder"));
   std::ofstream(one + "/queue.db") << "x";  // It began there.
-  fs::create_directories(dir + "/cache/parallax/store");
+  fs::create_directories(dir_ + "/cache/parallax/store");
   EXPECT_EQ(*ChooseStore("", one), one);
-  EXPECT_EQ(*ChooseStore("", two), dir + "/cache/parallax/store");
-  EXPECT_THAT(DescribeUsersStore(), testing::StartsWith(dir + "/cache/parallax/store"));
-  setenv("PARALLAX_STORE", (dir + "/shared").c_str(), 1);
-  EXPECT_EQ(*ChooseStore("", two), dir + "/cache/parallax/store") << "the folder knows its store";
-  EXPECT_EQ(*ChooseStore(dir + "/other/", two), dir + "/other");
-  EXPECT_EQ(StoreOf(two), dir + "/other");
-  const auto first = FolderLock::Take(dir + "/other", "the store", "or not");
+  EXPECT_EQ(*ChooseStore("", two), dir_ + "/cache/parallax/store");
+  EXPECT_THAT(DescribeUsersStore(), testing::StartsWith(dir_ + "/cache/parallax/store"));
+  setenv("PARALLAX_STORE", (dir_ + "/shared").c_str(), 1);
+  EXPECT_EQ(*ChooseStore("", two), dir_ + "/cache/parallax/store") << "the folder knows its store";
+  EXPECT_EQ(*ChooseStore(dir_ + "/other/", two), dir_ + "/other");
+  EXPECT_EQ(StoreOf(two), dir_ + "/other");
+  const auto first = FolderLock::Take(dir_ + "/other", "the store", "or not");
   ASSERT_TRUE(first.ok()) << first.status();
-  EXPECT_THAT(FolderLock::Take(dir + "/other", "the store", "or not").status().ToString(),
+  EXPECT_THAT(FolderLock::Take(dir_ + "/other", "the store", "or not").status().ToString(),
               HasSubstr("the store is in use by another parallax (process "));
   unsetenv("PARALLAX_STORE");
   unsetenv("XDG_CACHE_HOME");
-  fs::remove_all(dir);
 }
 
 // ---- view --page
@@ -126,14 +126,14 @@ std::map<std::string, fs::file_time_type> FilesBelow(const std::string& dir) {
   return files;
 }
 
-TEST(ViewPage, ServesTheFolderOfARunAndWritesNothingThere) {
-  std::string dir = testing::TempDir() + "parallax-view-test-XXXXXX";
-  ASSERT_NE(mkdtemp(dir.data()), nullptr);
-  EXPECT_EQ(EmbeddedCoordinator::StartToView(dir).status().code(), absl::StatusCode::kNotFound);
+using ViewPage = FolderTest;
+
+TEST_F(ViewPage, ServesTheFolderOfARunAndWritesNothingThere) {
+  EXPECT_EQ(EmbeddedCoordinator::StartToView(dir_).status().code(), absl::StatusCode::kNotFound);
   {
-    const auto run = EmbeddedCoordinator::Start(dir);
+    const auto run = EmbeddedCoordinator::Start(dir_);
     ASSERT_TRUE(run.ok()) << run.status();
-    const auto address = AddressOfRun(dir);
+    const auto address = AddressOfRun(dir_);
     ASSERT_TRUE(address.ok()) << address.status();
     EXPECT_EQ(*address, (*run)->address());
     const auto connection = Connection::Open(*address);
@@ -144,28 +144,27 @@ TEST(ViewPage, ServesTheFolderOfARunAndWritesNothingThere) {
         << "the run serves the page when it is asked";
     EXPECT_THAT(*link, HasSubstr("/#code="));
   }
-  EXPECT_EQ(AddressOfRun(dir).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(AddressOfRun(dir_).status().code(), absl::StatusCode::kNotFound);
   // A run that was killed leaves the note of its socket behind.
-  ASSERT_TRUE(WriteFile(dir + "/socket", dir + "/parallax-gone").ok());
-  EXPECT_EQ(AddressOfRun(dir).status().code(), absl::StatusCode::kNotFound);
-  const auto before = FilesBelow(dir);
+  ASSERT_TRUE(WriteFile(dir_ + "/socket", dir_ + "/parallax-gone").ok());
+  EXPECT_EQ(AddressOfRun(dir_).status().code(), absl::StatusCode::kNotFound);
+  const auto before = FilesBelow(dir_);
   {
-    const auto view = EmbeddedCoordinator::StartToView(dir);
+    const auto view = EmbeddedCoordinator::StartToView(dir_);
     ASSERT_TRUE(view.ok()) << view.status();
     const auto link = (*view)->ServePage("127.0.0.1:0");
     ASSERT_TRUE(link.ok()) << link.status();
     EXPECT_THAT(*link, HasSubstr("/#code="));
   }
-  EXPECT_EQ(FilesBelow(dir), before);
-  fs::remove_all(dir);
+  EXPECT_EQ(FilesBelow(dir_), before);
 }
 
-TEST(EmbeddedRun, GoesOnWithAStudyThatWasCancelled) {
-  std::string dir = testing::TempDir() + "/run-XXXXXX";
-  ASSERT_NE(mkdtemp(dir.data()), nullptr);
+using EmbeddedRunTest = FolderTest;
+
+TEST_F(EmbeddedRunTest, GoesOnWithAStudyThatWasCancelled) {
   const auto study = ParseStudy("study: s\npairs: 2\nvariants:\n  - name: a\n", "s.yaml");
   ASSERT_TRUE(study.ok()) << study.status();
-  const auto out = OutDir::Open(dir + "/out");
+  const auto out = OutDir::Open(dir_ + "/out");
   ASSERT_TRUE(out.ok()) << out.status();
   std::ostringstream text;
   Environment environment;
@@ -187,7 +186,6 @@ TEST(EmbeddedRun, GoesOnWithAStudyThatWasCancelled) {
     for (const auto& one : studies->studies()) states.push_back(one.state());
   }
   EXPECT_THAT(states, testing::ElementsAre(v1::STUDY_STATE_RUNNING, v1::STUDY_STATE_CANCELLED));
-  fs::remove_all(dir);
 }
 
 TEST(SocketFolder, IsPrivateAndShort) {

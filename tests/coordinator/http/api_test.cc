@@ -70,7 +70,7 @@ TEST_F(ApiTest, TheListOfRevokedCertificatesMayBeElsewhere) {
   const auto olga = TlsClient("operator-olga");
   EXPECT_EQ(olga->Get("/api/v1/me")->status, 200);
   http_.reset();
-  options_.revoked = directory_ + "/list";
+  options_.revoked = dir_ + "/list";
   const std::string pem = *ReadFile(Tls("operator-olga") + "/tls.crt");
   ASSERT_TRUE(WriteFile(options_.revoked, ReadCertificate(pem)->sha256 + "\n").ok());
   Serve();

@@ -4,7 +4,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <memory>
@@ -21,25 +20,22 @@
 #include "coordinator/rpc/coordinator_server.h"
 #include "tests/coordinator/http/browser.h"
 #include "tests/coordinator/queue/queue_fixture.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 
-class HttpTest : public testing::Test {
+class HttpTest : public FolderTest {
  public:
   static constexpr int kWidth = 64, kHeight = 36;
 
   HttpTest() {
-    std::string name = testing::TempDir() + "parallax-http-XXXXXX";
-    directory_ = mkdtemp(name.data());
     JobQueueOptions queue;
-    queue.db_path = directory_ + "/queue.db";
+    queue.db_path = dir_ + "/queue.db";
     queue.retry.backoff_min_s = 100;
     queue_ = *JobQueue::Open(queue);
-    store_ = *OpenStore(directory_ + "/store");
-    CoordinatorServerOptions server;
-    server.listen = {"unix:" + directory_ + "/s"};
-    server.store_uri = store_->Uri();
-    server_ = *CoordinatorServer::Start(server, *queue_);
+    store_ = *OpenStore(dir_ + "/store");
+    server_ = *CoordinatorServer::Start(
+        {.listen = {"unix:" + dir_ + "/s"}, .store_uri = store_->Uri()}, *queue_);
     options_.listen = "127.0.0.1:0";
     options_.store_uri = store_->Uri();
     options_.store = store_.get();
@@ -49,7 +45,6 @@ class HttpTest : public testing::Test {
     http_.reset();
     server_.reset();
     queue_.reset();
-    std::filesystem::remove_all(directory_);
   }
 
   void Serve() {
@@ -60,7 +55,7 @@ class HttpTest : public testing::Test {
   // With certificates for worker pool, submitters ada and bert, operator olga, read-only board.
   void ServeTls() {
     std::ostringstream said;
-    ASSERT_TRUE(InitFarm({.dir = directory_ + "/tls",
+    ASSERT_TRUE(InitFarm({.dir = dir_ + "/tls",
                           .issue = {{"worker", "pool"},
                                     {"submitter", "ada"},
                                     {"submitter", "bert"},
@@ -72,7 +67,7 @@ class HttpTest : public testing::Test {
     options_.security = *MakeRpcSecurity(false, Tls("server"), Clock::System());
     Serve();
   }
-  std::string Tls(const std::string& party) const { return directory_ + "/tls/" + party; }
+  std::string Tls(const std::string& party) const { return dir_ + "/tls/" + party; }
   int Port() const {
     const std::string address = http_->address();
     return std::stoi(address.substr(address.rfind(':') + 1));
@@ -152,7 +147,6 @@ class HttpTest : public testing::Test {
     ASSERT_TRUE(store_->Put(folder + "/frame.json", "{\"rig\": 0}\n").ok());
   }
 
-  std::string directory_;
   std::unique_ptr<JobQueue> queue_;
   std::unique_ptr<Store> store_;
   std::unique_ptr<CoordinatorServer> server_;

@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <openssl/evp.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <sstream>
@@ -13,6 +12,7 @@
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "tests/coordinator/http/browser.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
@@ -30,30 +30,25 @@ std::string Base64(const std::string& text) {
   return code;
 }
 
-class HttpsTest : public testing::Test {
+class HttpsTest : public FolderTest {
  protected:
   HttpsTest() {
-    char name[] = "/tmp/parallax-https-XXXXXX";
-    directory_ = mkdtemp(name);
     JobQueueOptions queue;
-    queue.db_path = directory_ + "/queue.db";
+    queue.db_path = dir_ + "/queue.db";
     queue_ = *JobQueue::Open(queue);
-    CoordinatorServerOptions server;
-    server.listen = {"unix:" + directory_ + "/s"};
+    const CoordinatorServerOptions server{.listen = {"unix:" + dir_ + "/s"}};
     server_ = *CoordinatorServer::Start(server, *queue_);
     std::ostringstream said;
-    EXPECT_TRUE(InitFarm({.dir = directory_ + "/tls"}, Clock::System(), said).ok());
+    EXPECT_TRUE(InitFarm({.dir = dir_ + "/tls"}, Clock::System(), said).ok());
     options_.listen = "0.0.0.0:0";
     options_.db_path = queue.db_path;
-    options_.security = *MakeRpcSecurity(false, directory_ + "/tls/server", Clock::System());
+    options_.security = *MakeRpcSecurity(false, dir_ + "/tls/server", Clock::System());
   }
   ~HttpsTest() override {
     server_.reset();
     queue_.reset();
-    fs::remove_all(directory_);
   }
 
-  std::string directory_;
   std::unique_ptr<JobQueue> queue_;
   std::unique_ptr<CoordinatorServer> server_;
   HttpServerOptions options_;
@@ -65,7 +60,7 @@ TEST_F(HttpsTest, OtherMachinesNeedTheTokenForAllButABareHealthAndThePagesFiles)
   EXPECT_EQ((*http)->url().rfind("https://0.0.0.0:", 0), 0u);
   const std::string address = (*http)->address();
   const Browser client("https://127.0.0.1" + address.substr(address.rfind(':')),
-                       {.ca_file = directory_ + "/tls/server/ca.crt"});
+                       {.ca_file = dir_ + "/tls/server/ca.crt"});
   for (const char* page : {"/metrics", "/nowhere"}) {
     const auto refused = client.Get(page);
     ASSERT_TRUE(refused) << page;
@@ -78,7 +73,7 @@ TEST_F(HttpsTest, OtherMachinesNeedTheTokenForAllButABareHealthAndThePagesFiles)
   EXPECT_EQ(health->status, 200);
   EXPECT_EQ(health->body, "{\"status\":\"ok\"}\n");
 
-  std::string token = *ReadFile(directory_ + "/tls/server/http.token");
+  std::string token = *ReadFile(dir_ + "/tls/server/http.token");
   token.pop_back();  // The line's end.
   const auto get = [&client](const char* page, const Browser::Headers& headers) {
     const auto answer = client.Get(page, headers);
@@ -96,11 +91,11 @@ TEST_F(HttpsTest, OtherMachinesNeedTheTokenForAllButABareHealthAndThePagesFiles)
 }
 
 TEST_F(HttpsTest, WithoutATokenNoOtherMachineIsServed) {
-  fs::remove(directory_ + "/tls/server/http.token");
+  fs::remove(dir_ + "/tls/server/http.token");
   const auto absent = HttpServer::Start(options_, *queue_, *server_);
   EXPECT_EQ(absent.status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(absent.status().message()), HasSubstr("http.token"));
-  ASSERT_TRUE(WriteFile(directory_ + "/tls/server/http.token", "short\n").ok());
+  ASSERT_TRUE(WriteFile(dir_ + "/tls/server/http.token", "short\n").ok());
   EXPECT_THAT(std::string(HttpServer::Start(options_, *queue_, *server_).status().message()),
               HasSubstr("shorter than 16 characters"));
   options_.security = {};

@@ -9,10 +9,7 @@ namespace parallax {
 namespace {
 
 StatusSnapshot Example() {
-  StatusSnapshot snapshot;
-  snapshot.version = "1.2.3";
-  snapshot.epoch = 4;
-  snapshot.pairs_per_hour = 120;
+  StatusSnapshot snapshot{.version = "1.2.3", .epoch = 4, .pairs_per_hour = 120};
   snapshot.queue.jobs[{"solve", "READY"}] = 3;
   snapshot.queue.jobs[{"render", "LEASED"}] = 2;
   snapshot.queue.commit_seconds = 0.25;

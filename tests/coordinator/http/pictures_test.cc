@@ -15,7 +15,7 @@ class PicturesTest : public HttpTest {
  protected:
   PicturesTest() { PutPictures("ab/x"); }
   ImageRgb8 Decoded(const std::string& jpeg) {
-    const std::string path = directory_ + "/a.jpg";
+    const std::string path = dir_ + "/a.jpg";
     EXPECT_TRUE(WriteFile(path, jpeg).ok());
     return *ReadPictureRgb8(path);
   }

@@ -125,7 +125,7 @@ TEST_F(JobQueueTest, EachStartHasAHigherEpoch) {
 }
 
 TEST_F(JobQueueTest, ARestoredBackupStartsAboveTheEpochsItDoesNotKnow) {
-  const std::string backup = folder_ + "/backup.db";
+  const std::string backup = dir_ + "/backup.db";
   ASSERT_TRUE(queue_->Backup(backup).ok());
   clock_.Advance(60);
   Reopen();

@@ -15,6 +15,7 @@
 #include "coordinator/queue/database/database_file.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/queue/tables/ready_board.h"
+#include "tests/folder_test.h"
 #include "tests/job_messages.h"
 
 namespace parallax {
@@ -147,21 +148,16 @@ inline v1::FailRequest Failure(const v1::Lease& lease, const std::string& worker
   return request;
 }
 
-class QueueTest : public testing::Test {
+class QueueTest : public FolderTest {
  protected:
   QueueTest() {
-    std::string folder = testing::TempDir() + "parallax-queue-XXXXXX";
-    folder_ = mkdtemp(folder.data());
-    options_.db_path = folder_ + "/queue.db";
+    options_.db_path = dir_ + "/queue.db";
     options_.clock = &clock_;
     options_.lease_s = 30;
     options_.own_timer = false;
     options_.linger_s = 0;
   }
-  ~QueueTest() override {
-    queue_.reset();
-    std::filesystem::remove_all(folder_);
-  }
+  ~QueueTest() override { queue_.reset(); }
   void SetUp() override { Reopen(); }
   void TearDown() override {
     if (queue_) ExpectSound();
@@ -258,7 +254,6 @@ class QueueTest : public testing::Test {
   }
 
   FakeClock clock_;
-  std::string folder_;
   JobQueueOptions options_;
   std::unique_ptr<JobQueue> queue_;
 };

@@ -349,7 +349,7 @@ TEST_F(Resume, TheAuditorFindsEveryBrokenPromise) {
        "an evaluation began when its network was trained"},
   };
   for (const auto& c : cases) {
-    options_.db_path = folder_ + "/planted.db";
+    options_.db_path = dir_ + "/planted.db";
     std::filesystem::copy_file(original, options_.db_path,
                                std::filesystem::copy_options::overwrite_existing);
     sqlite3* db = nullptr;

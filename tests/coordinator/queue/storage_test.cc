@@ -49,10 +49,10 @@ TEST_F(StorageTest, ASecondCoordinatorIsRefused) {
 // The same file under other names: a link, a link to its folder, a second name.
 TEST_F(StorageTest, TheLockIsOnTheFileAndNotOnItsName) {
   const std::string file = options_.db_path;
-  std::filesystem::create_symlink(file, folder_ + "/link.db");
-  std::filesystem::create_directory_symlink(folder_, folder_ + "/again");
+  std::filesystem::create_symlink(file, dir_ + "/link.db");
+  std::filesystem::create_directory_symlink(dir_, dir_ + "/again");
   for (const char* name : {"/link.db", "/again/queue.db", "/second.db"}) {
-    options_.db_path = folder_ + name;
+    options_.db_path = dir_ + name;
     if (options_.db_path.ends_with("second.db")) {
       std::filesystem::create_hard_link(file, options_.db_path);
     }
@@ -70,7 +70,7 @@ TEST_F(StorageTest, TheLockIsOnTheFileAndNotOnItsName) {
   options_.db_path = file;
   queue_.reset();
   EXPECT_THAT(std::string(OpenStatus().message()), HasSubstr("has 2 names"));
-  std::filesystem::remove(folder_ + "/second.db");
+  std::filesystem::remove(dir_ + "/second.db");
   Reopen();
 }
 
@@ -87,8 +87,8 @@ TEST_F(StorageTest, ARefusedOpeningLeavesTheLocksOfTheFirst) {
     return waitpid(child, &status, 0) == child && status == 0;
   };
   ASSERT_TRUE(is_locked());
-  std::filesystem::create_symlink(options_.db_path, folder_ + "/link.db");
-  EXPECT_FALSE(DatabaseLock::Acquire(folder_ + "/link.db").ok());
+  std::filesystem::create_symlink(options_.db_path, dir_ + "/link.db");
+  EXPECT_FALSE(DatabaseLock::Acquire(dir_ + "/link.db").ok());
   EXPECT_TRUE(is_locked());
 }
 
@@ -102,7 +102,7 @@ TEST_F(StorageTest, NetworkFileSystemsAreKnownByTheirNumbers) {
 }
 
 TEST_F(StorageTest, AFolderThatIsNotThereIsNamed) {
-  const std::string path = std::exchange(options_.db_path, folder_ + "/absent/queue.db");
+  const std::string path = std::exchange(options_.db_path, dir_ + "/absent/queue.db");
   const absl::Status status = OpenStatus();
   options_.db_path = path;
   EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
@@ -119,11 +119,11 @@ TEST_F(StorageTest, ADatabaseFromTheFutureIsRefusedUnchanged) {
 
 TEST_F(StorageTest, AFileThatIsNotOursIsRefused) {
   queue_.reset();
-  options_.db_path = folder_ + "/text.db";
+  options_.db_path = dir_ + "/text.db";
   std::ofstream(options_.db_path) << std::string(10'000, 'x');
   EXPECT_EQ(OpenStatus().code(), absl::StatusCode::kDataLoss);
 
-  options_.db_path = folder_ + "/foreign.db";
+  options_.db_path = dir_ + "/foreign.db";
   Meddle("CREATE TABLE recipes(name TEXT)");
   EXPECT_EQ(OpenStatus().code(), absl::StatusCode::kDataLoss);
 }
@@ -135,7 +135,7 @@ TEST_F(StorageTest, MigrationsAreNumberedWithoutGapsAndRunFromEveryVersion) {
     EXPECT_EQ(std::atoi(migration.name), migration.number);
   }
   for (const Migration& from : AllMigrations()) {
-    const std::string path = folder_ + "/from" + std::to_string(from.number) + ".db";
+    const std::string path = dir_ + "/from" + std::to_string(from.number) + ".db";
     {
       auto db = OpenWriter(path, "");
       ASSERT_TRUE(db.ok());
@@ -290,7 +290,7 @@ TEST_F(StorageTest, TheAuditorFindsPlantedCorruption) {
       {"PRAGMA foreign_keys = OFF; DELETE FROM studies WHERE id = 2", "foreign key"},
   };
   for (const auto& c : cases) {
-    options_.db_path = folder_ + "/planted.db";
+    options_.db_path = dir_ + "/planted.db";
     std::filesystem::copy_file(original, options_.db_path,
                                std::filesystem::copy_options::overwrite_existing);
     Meddle(open_up + c.sql);
@@ -302,8 +302,8 @@ TEST_F(StorageTest, TheAuditorFindsPlantedCorruption) {
 
 TEST_F(StorageTest, AFileThatACoordinatorHasOpenCanBeCopied) {
   Submit({.pairs = 4});
-  const std::string backup = folder_ + "/copy.db";
-  EXPECT_EQ(BackUpFile(folder_ + "/none.db", backup).code(), absl::StatusCode::kNotFound);
+  const std::string backup = dir_ + "/copy.db";
+  EXPECT_EQ(BackUpFile(dir_ + "/none.db", backup).code(), absl::StatusCode::kNotFound);
   const absl::Status copied = BackUpFile(options_.db_path, backup);
   ASSERT_TRUE(copied.ok()) << copied;
   EXPECT_EQ(BackUpFile(options_.db_path, backup).code(), absl::StatusCode::kAlreadyExists);
@@ -313,7 +313,7 @@ TEST_F(StorageTest, AFileThatACoordinatorHasOpenCanBeCopied) {
   Reopen();
   EXPECT_THAT(*queue_->ListStudies(10), SizeIs(1)) << "as it was when it was copied";
   EXPECT_EQ(queue_->database_id(), id) << "the same database";
-  options_.db_path = folder_ + "/other.db";
+  options_.db_path = dir_ + "/other.db";
   clock_.Advance(1);
   Reopen();
   EXPECT_NE(queue_->database_id(), id);
@@ -341,7 +341,7 @@ TEST_F(StorageTest, ABackupIsWholeWhileWorkGoesOn) {
       for (const v1::Lease& lease : Lease(AnyWorker("w"), 4)) Complete(Answer(lease, "w"));
     }
   });
-  const std::string backup = folder_ + "/backup.db";
+  const std::string backup = dir_ + "/backup.db";
   EXPECT_TRUE(queue_->Backup(backup).ok());
   EXPECT_EQ(queue_->Backup(backup).code(), absl::StatusCode::kAlreadyExists);
   stop = true;

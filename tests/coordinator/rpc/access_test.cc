@@ -8,9 +8,7 @@
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
-#include <filesystem>
 #include <map>
 
 #include "common/base/system/file.h"
@@ -21,11 +19,11 @@
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "parallax/v1/service.grpc.pb.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
 
-namespace fs = std::filesystem;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 
@@ -63,12 +61,10 @@ std::vector<std::string> AllMethods() {
   return methods;
 }
 
-class AccessTest : public testing::Test {
+class AccessTest : public FolderTest {
  protected:
   AccessTest() {
-    char name[] = "/tmp/parallax-access-XXXXXX";
-    directory_ = mkdtemp(name);
-    store_ = *OpenStore(directory_ + "/store");
+    store_ = *OpenStore(dir_ + "/store");
     ca_ = *MakeAuthority(Order("ca"));
     Start("");
   }
@@ -76,17 +72,16 @@ class AccessTest : public testing::Test {
     server_.reset();
     queue_.reset();
     JobQueueOptions queue;
-    queue.db_path = directory_ + "/queue.db";
+    queue.db_path = dir_ + "/queue.db";
     queue.limits = *LimitRules::Parse(limits, "limits.yaml");
     queue_ = *JobQueue::Open(queue);
-    CoordinatorServerOptions options;
-    options.listen = {"127.0.0.1:0", "unix:" + directory_ + "/s"};
+    CoordinatorServerOptions options{.listen = {"127.0.0.1:0", "unix:" + dir_ + "/s"}};
     options.security.tls = Identity(*IssueServer(ca_, Order("s"), {"127.0.0.1"}));
-    options.revoked = directory_ + "/revoked";
+    options.revoked = dir_ + "/revoked";
     EXPECT_TRUE(WriteFile(options.revoked, kEmptyRevokedList).ok());
     options.store_uri = store_->Uri();
     options.store = store_.get();
-    options.spool_dir = directory_ + "/spool";
+    options.spool_dir = dir_ + "/spool";
     auto server = CoordinatorServer::Start(options, *queue_);
     EXPECT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
@@ -94,7 +89,6 @@ class AccessTest : public testing::Test {
   ~AccessTest() override {
     server_.reset();
     queue_.reset();
-    fs::remove_all(directory_);
   }
 
   static CertificateOrder Order(const std::string& name) {
@@ -160,7 +154,6 @@ class AccessTest : public testing::Test {
     return reply.study_id();
   }
 
-  std::string directory_;
   std::unique_ptr<JobQueue> queue_;
   std::unique_ptr<Store> store_;
   KeyPair ca_;

@@ -1,7 +1,6 @@
 // Callers of Artifacts that keep still or come in crowds, over real streams: others get through.
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <atomic>
 #include <filesystem>
@@ -14,33 +13,28 @@
 #include "common/rpc/remote_store.h"
 #include "common/store/store.h"
 #include "coordinator/rpc/artifacts_service.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
 
 using std::chrono::seconds;
 
-class ArtifactsCrowd : public testing::Test {
+class ArtifactsCrowd : public FolderTest {
  protected:
   void Serve(const ArtifactsLimits& limits) {
-    char name[] = "/tmp/parallax-crowd-XXXXXX";
-    directory_ = mkdtemp(name);
-    store_ = *OpenStore(directory_ + "/store");
+    store_ = *OpenStore(dir_ + "/store");
     service_ = std::make_unique<ArtifactsService>(
-        store_.get(), directory_ + "/store/.tmp-incoming",
+        store_.get(), dir_ + "/store/.tmp-incoming",
         [](const std::string&, const v1::AttemptId&, const std::string&, bool) {
           return absl::OkStatus();
         },
         limits);
     ASSERT_TRUE(service_->Prepare().ok());
     server_ = *RpcServer::Start(
-        {*ParseRpcAddress("127.0.0.1:0"), *ParseRpcAddress("unix:" + directory_ + "/s")}, {},
-        *service_);
+        {*ParseRpcAddress("127.0.0.1:0"), *ParseRpcAddress("unix:" + dir_ + "/s")}, {}, *service_);
   }
-  ~ArtifactsCrowd() override {
-    server_.reset();
-    std::filesystem::remove_all(directory_);
-  }
+  ~ArtifactsCrowd() override { server_.reset(); }
 
   std::shared_ptr<grpc::Channel> Channel() { return *ConnectRpc(server_->addresses()[0], {}); }
   // Comes from elsewhere than Channel().
@@ -80,7 +74,6 @@ class ArtifactsCrowd : public testing::Test {
     return MakeRemoteStore(channel, {worker, {}})->Put(path, "bytes");
   }
 
-  std::string directory_;
   std::unique_ptr<Store> store_;
   std::unique_ptr<ArtifactsService> service_;
   std::unique_ptr<RpcServer> server_;
@@ -136,7 +129,7 @@ TEST_F(ArtifactsCrowd, AStalledFileIsEndedInTimeAndLeavesNothingBehind) {
   EXPECT_FALSE(idler->stream->Finish().ok());
   EXPECT_LT(SecondsSince(begin), 20);
   server_->Shutdown(seconds(5));  // Waits for the handler.
-  EXPECT_TRUE(std::filesystem::is_empty(directory_ + "/store/.tmp-incoming"));
+  EXPECT_TRUE(std::filesystem::is_empty(dir_ + "/store/.tmp-incoming"));
 }
 
 TEST_F(ArtifactsCrowd, OnePeersStalledFilesLeaveRoomForAnothersWhateverNamesItClaims) {

@@ -1,10 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 
 #include "common/base/status.h"
+#include "common/base/system/temporary_folder.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "common/rpc/remote_store.h"
@@ -22,18 +22,16 @@ using ::testing::HasSubstr;
 
 // A store behind a server of its own.
 struct Served {
-  std::string directory;
+  const TemporaryFolder folder = *TemporaryFolder::Make("artifacts");
   std::unique_ptr<Store> store;
   std::unique_ptr<ArtifactsService> service;
   std::unique_ptr<RpcServer> server;
   bool allowed = true;  // The rule's verdict.
 
   explicit Served(const ArtifactsLimits& limits = {}) {
-    char name[] = "/tmp/parallax-artifacts-XXXXXX";
-    directory = mkdtemp(name);
-    store = *OpenStore(directory + "/store");
+    store = *OpenStore(folder.path() + "/store");
     service = std::make_unique<ArtifactsService>(
-        store.get(), directory + "/store/.tmp-incoming",
+        store.get(), folder.path() + "/store/.tmp-incoming",
         [this](const std::string&, const v1::AttemptId&, const std::string&, bool) {
           return allowed ? absl::OkStatus() : Aborted("not yours");
         },
@@ -43,14 +41,10 @@ struct Served {
     EXPECT_TRUE(started.ok()) << started.status();
     server = *std::move(started);
   }
-  ~Served() {
-    server.reset();
-    fs::remove_all(directory);
-  }
   std::shared_ptr<grpc::Channel> Channel() const { return *ConnectRpc(server->addresses()[0], {}); }
   size_t Spooled() const {
     return static_cast<size_t>(std::distance(
-        fs::directory_iterator(directory + "/store/.tmp-incoming"), fs::directory_iterator()));
+        fs::directory_iterator(folder.path() + "/store/.tmp-incoming"), fs::directory_iterator()));
   }
 };
 
@@ -237,7 +231,7 @@ TEST(ArtifactsContent, StaysForWhoPutsItAgain) {
 }
 
 TEST_F(ArtifactsTest, AStartEmptiesTheSpool) {
-  ASSERT_TRUE(WriteFile(served_.directory + "/store/.tmp-incoming/1", "half").ok());
+  ASSERT_TRUE(WriteFile(served_.folder.path() + "/store/.tmp-incoming/1", "half").ok());
   ASSERT_TRUE(served_.service->Prepare().ok());
   EXPECT_EQ(served_.Spooled(), 0u);
 }

@@ -33,7 +33,7 @@ TEST_F(CoordinatorServerTest, AStudyOfNoopJobsCompletes) {
     EXPECT_EQ(variant.pairs_done(), 40) << variant.name();
   }
   for (const v1::PublishedFrame& frame : Frames(id)) {
-    EXPECT_TRUE(fs::exists(directory_ + "/store/" + frame.frame().path() + "/left.png"));
+    EXPECT_TRUE(fs::exists(dir_ + "/store/" + frame.frame().path() + "/left.png"));
     seen.insert(frame.variant() + "/" + std::to_string(frame.scene()) + "/" +
                 std::to_string(frame.frame().rig()));
   }
@@ -50,11 +50,7 @@ TEST_F(CoordinatorServerTest, ALostWorkersJobGoesToAnother) {
   StartCoordinator(/*lease_s=*/10, /*reconnect_grace_s=*/0.05);
   const int64_t id = Submit(2, 2, {"v"});
   Puppet puppet(*stub_);
-  puppet.Hello("doomed");
-  puppet.Credit(1);
-  v1::CoordinatorMessage message;
-  ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
-  const v1::AttemptId first = message.lease().attempt();
+  const v1::AttemptId first = puppet.FirstLease("doomed").attempt();
   puppet.Cut();
   StartAgent("heir", noop_);
   ASSERT_TRUE(WaitForState(id, v1::STUDY_STATE_SUCCEEDED));
@@ -77,10 +73,7 @@ TEST_F(CoordinatorServerTest, ASilentWorkerIsGivenUpAfterItsLease) {
   StartCoordinator(/*lease_s=*/0.5);
   const int64_t id = Submit(2, 2, {"v"});
   Puppet puppet(*stub_);
-  puppet.Hello("mute");
-  puppet.Credit(1);
-  v1::CoordinatorMessage message;
-  ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
+  const v1::Lease lease = puppet.FirstLease("mute");
   EXPECT_EQ(puppet.WaitForEnd().code(), absl::StatusCode::kCancelled) << "not our own deadline";
   EXPECT_EQ(server_->Metrics().workers_lost, 1);
   StartAgent("heir", noop_);
@@ -92,11 +85,7 @@ TEST_F(CoordinatorServerTest, HeartbeatsAreAnsweredAndKeepALease) {
   StartCoordinator(/*lease_s=*/0.5);
   Submit(2, 2, {"v"});
   Puppet puppet(*stub_);
-  puppet.Hello("steady");
-  puppet.Credit(1);
-  v1::CoordinatorMessage message;
-  ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
-  const v1::AttemptId mine = message.lease().attempt();
+  const v1::AttemptId mine = puppet.FirstLease("steady").attempt();
   v1::AttemptId foreign = mine;
   foreign.set_fence(mine.fence() + 1000);
   const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(1500);
@@ -119,10 +108,7 @@ TEST_F(CoordinatorServerTest, AWorkerThatComesBackKeepsWhatItHolds) {
   v1::AttemptId mine;
   {
     Puppet puppet(*stub_);
-    puppet.Hello("w");
-    puppet.Credit(1);
-    ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
-    mine = message.lease().attempt();
+    mine = puppet.FirstLease("w").attempt();
     puppet.Cut();
     EXPECT_EQ(puppet.WaitForEnd().code(), absl::StatusCode::kCancelled);
   }
@@ -134,7 +120,7 @@ TEST_F(CoordinatorServerTest, AWorkerThatComesBackKeepsWhatItHolds) {
   ASSERT_EQ(message.welcome().adopted_size(), 1);
   EXPECT_EQ(message.welcome().adopted(0).fence(), mine.fence());
   EXPECT_EQ(message.welcome().lease_s(), 10);
-  EXPECT_EQ(message.welcome().store_uri(), "file://" + directory_ + "/store");
+  EXPECT_EQ(message.welcome().store_uri(), "file://" + dir_ + "/store");
 }
 
 TEST_F(CoordinatorServerTest, RunningWorkGoesOnThroughARestart) {
@@ -216,11 +202,7 @@ TEST_F(CoordinatorServerTest, AHandedBackJobIsLeasedAgainAtOnce) {
   StartCoordinator();
   Submit(2, 2, {"v"});
   Puppet puppet(*stub_);
-  puppet.Hello("w");
-  puppet.Credit(2);
-  v1::CoordinatorMessage message;
-  ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
-  const v1::AttemptId first = message.lease().attempt();
+  const v1::AttemptId first = puppet.FirstLease("w", 2).attempt();
   puppet.HandBack(first);
   ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
   EXPECT_EQ(message.lease().attempt().job_id(), first.job_id());
@@ -422,10 +404,7 @@ TEST_F(CoordinatorServerTest, AReportOfAnotherDatabaseIsStale) {
   StartCoordinator();
   Submit(2, 2, {"v"});
   Puppet puppet(*stub_);
-  puppet.Hello("w");
-  puppet.Credit(1);
-  v1::CoordinatorMessage message;
-  ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
+  const v1::Lease lease = puppet.FirstLease("w");
   // The same job and fence, once of another database and once of this one.
   v1::FailRequest fail;
   *fail.mutable_attempt() = message.lease().attempt();
@@ -466,9 +445,7 @@ TEST_F(CoordinatorServerTest, ErrorsOfTheQueueReachTheClient) {
 
 TEST_F(CoordinatorServerTest, AnAddressInUseIsRefusedByName) {
   StartCoordinator();
-  CoordinatorServerOptions options;
-  options.listen = {address_};
-  const auto second = CoordinatorServer::Start(options, *queue_);
+  const auto second = CoordinatorServer::Start({.listen = {address_}}, *queue_);
   ASSERT_FALSE(second.ok());
   EXPECT_EQ(second.status().code(), absl::StatusCode::kAlreadyExists) << second.status();
   EXPECT_NE(second.status().ToString().find(address_), std::string::npos);
@@ -479,9 +456,7 @@ TEST_F(CoordinatorServerTest, HttpTellsHealthMetricsAndWorkers) {
   StartAgent("worker-7", noop_);
   const int64_t id = Submit(4, 2, {"v"});
   ASSERT_TRUE(WaitForState(id, v1::STUDY_STATE_SUCCEEDED));
-  HttpServerOptions options;
-  options.listen = "127.0.0.1:0";
-  options.db_path = directory_ + "/queue.db";
+  const HttpServerOptions options{.listen = "127.0.0.1:0", .db_path = dir_ + "/queue.db"};
   auto http = HttpServer::Start(options, *queue_, *server_);
   ASSERT_TRUE(http.ok()) << http.status();
   const Browser client("http://" + (*http)->address());

@@ -15,7 +15,7 @@ class JanitorTest : public QueueTest {
  protected:
   void SetUp() override {
     QueueTest::SetUp();
-    auto store = OpenStore(folder_ + "/store");
+    auto store = OpenStore(dir_ + "/store");
     ASSERT_TRUE(store.ok()) << store.status();
     store_ = *std::move(store);
     content_ = std::make_unique<ContentKeeper>(
@@ -34,7 +34,7 @@ class JanitorTest : public QueueTest {
   static std::string FolderOf(const v1::Lease& lease) {
     return lease.store_prefix() + "/.attempt-" + std::to_string(lease.attempt().fence());
   }
-  bool Exists(const v1::Lease& lease) { return fs::exists(folder_ + "/store/" + FolderOf(lease)); }
+  bool Exists(const v1::Lease& lease) { return fs::exists(dir_ + "/store/" + FolderOf(lease)); }
   int Sweep() {
     const auto removed = janitor_->Sweep();
     EXPECT_TRUE(removed.ok()) << removed.status();
@@ -92,8 +92,8 @@ TEST_F(JanitorTest, RemovesLosersAndNeitherWinnersNorTheLiving) {
   EXPECT_EQ(Sweep(), 2) << "the loser and the winner's notes";
   EXPECT_FALSE(Exists(lost));
   EXPECT_TRUE(Exists(won));
-  EXPECT_FALSE(fs::exists(folder_ + "/store/" + FolderOf(won) + "/finished"));
-  EXPECT_TRUE(fs::exists(folder_ + "/store/" + FolderOf(alive) + "/finished"));
+  EXPECT_FALSE(fs::exists(dir_ + "/store/" + FolderOf(won) + "/finished"));
+  EXPECT_TRUE(fs::exists(dir_ + "/store/" + FolderOf(alive) + "/finished"));
   EXPECT_TRUE(Exists(alive));
   EXPECT_EQ(Sweep(), 0);
 }
@@ -117,7 +117,7 @@ TEST_F(JanitorTest, SweepsAgainBehindAZombie) {
 TEST_F(JanitorTest, ForgetsWhatIsGoneAlready) {
   Submit({.pairs = 2, .rigs_per_scene = 2});
   const v1::Lease failed = BeginRender("a");
-  fs::remove_all(folder_ + "/store/" + FolderOf(failed));
+  fs::remove_all(dir_ + "/store/" + FolderOf(failed));
   EXPECT_EQ(Fail(Failure(failed, "a", "boom", /*retryable=*/false)), v1::REPORT_OUTCOME_OK);
   clock_.Advance(61);
   EXPECT_EQ(Sweep(), 1);

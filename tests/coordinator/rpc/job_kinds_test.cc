@@ -72,10 +72,10 @@ TEST_F(JobKindsTest, AWorkerWithAnUnknownKindOrProtocolIsToldSo) {
 class OutputsTest : public CoordinatorServerTest {
  protected:
   void SetUp() override {
-    fs::create_directories(directory_ + "/store");
-    store_ = *OpenStore(directory_ + "/store");
+    fs::create_directories(dir_ + "/store");
+    store_ = *OpenStore(dir_ + "/store");
     options_.store = store_.get();
-    options_.spool_dir = directory_ + "/spool";
+    options_.spool_dir = dir_ + "/spool";
     StartCoordinator();
     puppet_ = std::make_unique<Puppet>(*stub_);
     puppet_->Hello("w");
@@ -88,7 +88,7 @@ class OutputsTest : public CoordinatorServerTest {
     SetResult(solved, request);
     ASSERT_TRUE(Complete(request).ok());
     lease_ = NextLease();
-    folder_ = {directory_ + "/store/" + lease_.store_prefix() + "/.attempt-" +
+    folder_ = {dir_ + "/store/" + lease_.store_prefix() + "/.attempt-" +
                    std::to_string(lease_.attempt().fence()),
                lease_.store_prefix() + "/.attempt-" + std::to_string(lease_.attempt().fence())};
     result_ = *noop_.Render(RenderOf(lease_), folder_, {},
@@ -204,7 +204,7 @@ TEST_F(OutputsTest, PublishedFilesCanBeLookedForLater) {
     files += static_cast<int>(some.size());
     return absl::OkStatus();
   };
-  ASSERT_TRUE(VisitStoredOutputs(directory_ + "/queue.db", count).ok());
+  ASSERT_TRUE(VisitStoredOutputs(dir_ + "/queue.db", count).ok());
   EXPECT_EQ(files, result_.frames(0).files_size());
 }
 
@@ -327,10 +327,7 @@ TEST_F(JobKindsTest, AWorkerThatHasGoneRunsNothing) {
   Submit(2, 1, {"only"});
   {
     Puppet puppet(*stub_);
-    puppet.Hello("gone");
-    puppet.Credit(1);
-    v1::CoordinatorMessage message;
-    ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
+    const v1::Lease lease = puppet.FirstLease("gone");
     EXPECT_EQ(server_->Workers()[0].running(), 1);
     EXPECT_EQ(server_->Workers()[0].state(), "busy");
     puppet.Cut();

@@ -57,6 +57,14 @@ class Puppet {
     }
     return false;
   }
+  // Says hello, asks for `jobs` and returns the first lease.
+  v1::Lease FirstLease(const std::string& name, int jobs = 1) {
+    Hello(name);
+    Credit(jobs);
+    v1::CoordinatorMessage message;
+    EXPECT_TRUE(ReadUntil(v1::CoordinatorMessage::kLease, &message));
+    return message.lease();
+  }
   void Cut() { context_.TryCancel(); }
   absl::Status Finish() {
     stream_->WritesDone();

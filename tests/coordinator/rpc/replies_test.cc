@@ -22,7 +22,7 @@ class RepliesTest : public CoordinatorServerTest {
   // Changes the closed database behind the queue's back. `bytes` is ?1.
   void Meddle(const std::string& sql, const std::string& bytes) {
     sqlite3* db = nullptr;
-    ASSERT_EQ(sqlite3_open((directory_ + "/queue.db").c_str(), &db), SQLITE_OK);
+    ASSERT_EQ(sqlite3_open((dir_ + "/queue.db").c_str(), &db), SQLITE_OK);
     sqlite3_stmt* statement = nullptr;
     EXPECT_EQ(sqlite3_prepare_v2(db, sql.c_str(), -1, &statement, nullptr), SQLITE_OK);
     sqlite3_bind_blob64(statement, 1, bytes.data(), bytes.size(), SQLITE_TRANSIENT);

@@ -3,7 +3,6 @@
 
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <memory>
@@ -17,6 +16,7 @@
 #include "coordinator/rpc/coordinator_server.h"
 #include "parallax/v1/service.grpc.pb.h"
 #include "tests/first_call.h"
+#include "tests/folder_test.h"
 #include "tests/job_messages.h"
 #include "tests/worker/agent/gated_runner.h"
 #include "worker/agent/agent.h"
@@ -37,30 +37,27 @@ struct RunningAgent {
   }
 };
 
-class CoordinatorServerTest : public testing::Test {
+class CoordinatorServerTest : public FolderTest {
  protected:
   CoordinatorServerTest() {
-    char name[] = "/tmp/parallax-server-XXXXXX";
-    directory_ = mkdtemp(name);
-    address_ = "unix:" + directory_ + "/coordinator.sock";
+    address_ = "unix:" + dir_ + "/coordinator.sock";
     stub_ = v1::Coordinator::NewStub(*ConnectRpc(*ParseRpcAddress(address_), {}));
   }
   ~CoordinatorServerTest() override {
     for (RunningAgent& agent : agents_) agent.Stop();
     StopCoordinator();
-    fs::remove_all(directory_);
   }
 
   void StartCoordinator(double lease_s = 10, double reconnect_grace_s = 10) {
     JobQueueOptions queue;
-    queue.db_path = directory_ + "/queue.db";
+    queue.db_path = dir_ + "/queue.db";
     queue.lease_s = lease_s;
     queue.kinds = kinds_;
     auto opened = JobQueue::Open(queue);
     ASSERT_TRUE(opened.ok()) << opened.status();
     queue_ = *std::move(opened);
     options_.listen = {address_};
-    options_.store_uri = "file://" + directory_ + "/store";
+    options_.store_uri = "file://" + dir_ + "/store";
     options_.reconnect_grace_s = reconnect_grace_s;
     auto server = CoordinatorServer::Start(options_, *queue_);
     ASSERT_TRUE(server.ok()) << server.status();
@@ -77,12 +74,10 @@ class CoordinatorServerTest : public testing::Test {
   }
   // Takes all kinds that it has handlers for.
   void StartAgent(const std::string& name, JobHandlers handlers, int slots) {
-    AgentOptions options;
-    options.coordinator = *ParseRpcAddress(address_);
-    options.name = name;
+    AgentOptions options{.coordinator = *ParseRpcAddress(address_), .name = name};
     for (const auto& handler : handlers) options.kinds.push_back(handler->kind());
     options.slots = slots;
-    options.outbox_root = directory_ + "/outbox";
+    options.outbox_root = dir_ + "/outbox";
     options.backoff_base_s = 0.01;
     options.backoff_cap_s = 0.05;
     options.hand_back_s = 0.2;
@@ -156,7 +151,6 @@ class CoordinatorServerTest : public testing::Test {
     for (const std::string& problem : *problems) ADD_FAILURE() << problem;
   }
 
-  std::string directory_;
   std::string address_;
   CoordinatorServerOptions options_;
   const KindRegistry* kinds_ = &KindRegistry::Builtin();

@@ -2,10 +2,8 @@
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <atomic>
-#include <filesystem>
 #include <functional>
 #include <limits>
 
@@ -20,6 +18,7 @@
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "parallax/v1/service.grpc.pb.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
@@ -269,27 +268,24 @@ class CountingStore final : public Store {
   const std::unique_ptr<Store> store_;
 };
 
-class SubmitTest : public testing::Test {
+class SubmitTest : public FolderTest {
  protected:
   SubmitTest() {
-    char name[] = "/tmp/parallax-submit-XXXXXX";
-    directory_ = mkdtemp(name);
     JobQueueOptions queue;
-    queue.db_path = directory_ + "/queue.db";
+    queue.db_path = dir_ + "/queue.db";
     queue_ = *JobQueue::Open(queue);
-    store_ = std::make_unique<CountingStore>(*OpenStore(directory_ + "/store"));
+    store_ = std::make_unique<CountingStore>(*OpenStore(dir_ + "/store"));
     CoordinatorServerOptions options;
     options.store = store_.get();
-    options.spool_dir = directory_ + "/store/.tmp-incoming";
-    options.listen = {"unix:" + directory_ + "/socket"};
-    options.store_uri = "file://" + directory_ + "/store";
+    options.spool_dir = dir_ + "/store/.tmp-incoming";
+    options.listen = {"unix:" + dir_ + "/socket"};
+    options.store_uri = "file://" + dir_ + "/store";
     server_ = *CoordinatorServer::Start(options, *queue_);
     stub_ = v1::Coordinator::NewStub(*ConnectRpc(*ParseRpcAddress(options.listen[0]), {}));
   }
   ~SubmitTest() override {
     server_.reset();
     queue_.reset();
-    std::filesystem::remove_all(directory_);
   }
 
   absl::Status Submit(const v1::StudySpec& study) {
@@ -307,7 +303,6 @@ class SubmitTest : public testing::Test {
     return FromGrpc(method(context));
   }
 
-  std::string directory_;
   std::unique_ptr<CountingStore> store_;
   std::unique_ptr<JobQueue> queue_;
   std::unique_ptr<CoordinatorServer> server_;

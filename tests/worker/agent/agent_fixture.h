@@ -2,7 +2,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <chrono>
 #include <condition_variable>
@@ -21,6 +20,7 @@
 #include "fake_coordinator.h"
 #include "test_runner.h"
 #include "tests/first_call.h"
+#include "tests/folder_test.h"
 #include "tests/job_messages.h"
 #include "worker/agent/agent.h"
 
@@ -110,34 +110,26 @@ inline v1::Lease RenderLease(int64_t job, uint64_t fence, std::vector<uint32_t> 
   return lease;
 }
 
-class AgentTest : public testing::Test {
+class AgentTest : public FolderTest {
  protected:
-  AgentTest()
-      : directory_(MakeDirectory()),
-        coordinator_(*ParseRpcAddress("unix:" + directory_ + "/coordinator.sock")) {
-    options_.coordinator = *ParseRpcAddress("unix:" + directory_ + "/coordinator.sock");
+  AgentTest() : coordinator_(*ParseRpcAddress("unix:" + dir_ + "/coordinator.sock")) {
+    options_.coordinator = *ParseRpcAddress("unix:" + dir_ + "/coordinator.sock");
     options_.name = "worker-1";
     options_.kinds = {"solve", "render"};
     options_.slots = 2;
-    options_.outbox_root = directory_ + "/outbox";
+    options_.outbox_root = dir_ + "/outbox";
     options_.hand_back_s = 0.2;
     options_.backoff_base_s = 0.01;
     options_.backoff_cap_s = 0.05;
     options_.reports.backoff_base_s = 0.01;
     options_.reports.backoff_cap_s = 0.05;
-    coordinator_.Change([this](auto& how) { how.store_uri = "file://" + directory_ + "/store"; });
+    coordinator_.Change([this](auto& how) { how.store_uri = "file://" + dir_ + "/store"; });
     coordinator_.Start();
     MakeFirstCall(*v1::Coordinator::NewStub(*ConnectRpc(options_.coordinator, {})));
   }
   ~AgentTest() override {
     StopAgent();
     coordinator_.Stop();
-    fs::remove_all(directory_);
-  }
-
-  static std::string MakeDirectory() {
-    char name[] = "/tmp/parallax-agent-XXXXXX";
-    return mkdtemp(name);
   }
 
   void StartAgent() {
@@ -175,7 +167,6 @@ class AgentTest : public testing::Test {
     return true;
   }
 
-  const std::string directory_;
   FakeCoordinator coordinator_;
   Gate started_, finish_, cancelled_;  // Outlive the agent's jobs.
   ScriptedRunner runner_;

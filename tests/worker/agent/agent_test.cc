@@ -84,7 +84,7 @@ TEST_F(AgentTest, AFailedJobIsReportedWithACauseThatHasNoNumbers) {
   const v1::FailRequest fail = coordinator_.seen().fails[0];
   EXPECT_EQ(fail.fingerprint(), "RESOURCE_EXHAUSTED@render: disk of # GB is full");
   EXPECT_TRUE(fail.retryable());
-  EXPECT_FALSE(fs::exists(directory_ + "/store/renders/ab12/.attempt-42"))
+  EXPECT_FALSE(fs::exists(dir_ + "/store/renders/ab12/.attempt-42"))
       << "a failed attempt's files are never published";
 }
 
@@ -94,7 +94,7 @@ TEST_F(AgentTest, ARenderWritesIntoItsAttemptsFolder) {
   ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.completes.size() == 1; }));
   EXPECT_EQ(RenderOf(coordinator_.seen().completes[0]).frames(0).path(),
             "renders/ab12/.attempt-42/000");
-  EXPECT_TRUE(fs::exists(directory_ + "/store/renders/ab12/.attempt-42/left.png"));
+  EXPECT_TRUE(fs::exists(dir_ + "/store/renders/ab12/.attempt-42/left.png"));
 }
 
 TEST_F(AgentTest, AFolderOutsideTheStoreIsRefused) {
@@ -103,7 +103,7 @@ TEST_F(AgentTest, AFolderOutsideTheStoreIsRefused) {
   lease.set_store_prefix("../elsewhere");
   coordinator_.Offer(lease);
   ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.fails.size() == 1; }));
-  EXPECT_FALSE(fs::exists(directory_ + "/elsewhere"));
+  EXPECT_FALSE(fs::exists(dir_ + "/elsewhere"));
   EXPECT_FALSE(coordinator_.seen().fails[0].retryable());
 }
 

@@ -16,9 +16,7 @@ int main(int argc, char** argv) {
   }
   const std::string dir = argv[1];
   std::filesystem::create_directories(dir);
-  parallax::SyntheticArchive archive;
-  archive.scenes = 5;
-  archive.last_frame_dark = true;
+  parallax::SyntheticArchive archive{.scenes = 5, .last_frame_dark = true};
   parallax::MakeSyntheticArchive(dir + "/archive", archive);
   archive.scenes = 2;
   archive.rigs = 4;
@@ -30,37 +28,28 @@ int main(int argc, char** argv) {
         layout == "flyingthings-flow" || layout == "sintel" || layout == "dynamic-replica";
     for (const bool flat : {false, true}) {
       if (flat && layout != "crestereo") continue;
-      parallax::ExportOptions options;
-      options.layout = layout;
-      options.flat = flat;
-      options.shard_pairs = 4;
       const auto result =
           parallax::ExportDataset(dir + (sequences ? "/archive_sequences" : "/archive"),
-                                  dir + "/" + layout + (flat ? "_flat" : ""), options);
+                                  dir + "/" + layout + (flat ? "_flat" : ""),
+                                  {.layout = layout, .flat = flat, .shard_pairs = 4});
       if (!result.ok()) {
         std::cerr << layout << ": " << result.status() << "\n";
         return 1;
       }
     }
   }
-  parallax::ExportOptions shards;
-  shards.layout = "webdataset";
-  const auto moving = parallax::ExportDataset(dir + "/archive_sequences",
-                                              dir + "/archive_sequences_webdataset", shards);
+  const auto moving = parallax::ExportDataset(
+      dir + "/archive_sequences", dir + "/archive_sequences_webdataset", {.layout = "webdataset"});
   if (!moving.ok()) {
     std::cerr << "sequences: " << moving.status() << "\n";
     return 1;
   }
-  parallax::SyntheticArchive extras;
-  extras.extras = true;
+  const parallax::SyntheticArchive extras{.extras = true};
   parallax::MakeSyntheticArchive(dir + "/archive_extras", extras);
   for (const bool infrared : {false, true}) {
-    parallax::ExportOptions options;
-    options.layout = infrared ? "flyingthings" : "webdataset";
-    options.infrared = infrared;
     const auto result = parallax::ExportDataset(
         dir + "/archive_extras", dir + "/archive_extras_" + (infrared ? "infrared" : "webdataset"),
-        options);
+        {.layout = infrared ? "flyingthings" : "webdataset", .infrared = infrared});
     if (!result.ok()) {
       std::cerr << "extras: " << result.status() << "\n";
       return 1;

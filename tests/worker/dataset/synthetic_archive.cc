@@ -5,7 +5,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <sstream>
 
+#include "common/base/hash.h"
+#include "common/base/system/file.h"
 #include "common/config/config.h"
 #include "common/config/sensor_presets.h"
 #include "tests/worker/dataset/synthetic_scene.h"
@@ -145,6 +148,28 @@ void MakeSyntheticArchive(const std::string& dir, const SyntheticArchive& option
     }
   }
   Must((*archive)->Finish());
+}
+
+void ChangeIndex(const std::string& dir,
+                 const std::function<void(nlohmann::ordered_json& line)>& change) {
+  const std::string index = dir + "/a/index.jsonl";
+  std::string text;
+  std::istringstream in(*ReadFile(index));
+  for (std::string line; std::getline(in, line);) {
+    auto json = nlohmann::ordered_json::parse(line);
+    change(json);
+    text += json.dump() + "\n";
+  }
+  Must(WriteFile(index, text));
+}
+
+void ForgeFile(const std::string& dir, const std::string& name, const std::string& bytes) {
+  const std::string path = dir + "/a/frames/000000/001/" + name;
+  std::filesystem::remove(path);
+  Must(WriteFile(path, bytes));
+  ChangeIndex(dir, [&](nlohmann::ordered_json& line) {
+    if (line["scene"] == 0 && line["rig"] == 1) line["files"][name] = Sha256Hex(bytes);
+  });
 }
 
 }  // namespace parallax

@@ -2,6 +2,8 @@
 // datasets.
 #pragma once
 
+#include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -23,5 +25,13 @@ struct SyntheticArchive {
 // Writes `dir` (made anew) and, beside it, the store that it links to: `dir`.store. CHECKs on
 // errors.
 void MakeSyntheticArchive(const std::string& dir, const SyntheticArchive& options = {});
+
+// Changes each line of the index of variant "a" of the archive in `dir`.
+void ChangeIndex(const std::string& dir,
+                 const std::function<void(nlohmann::ordered_json& line)>& change);
+
+// Puts other bytes in place of a file of variant "a", scene 0, rig 1 (not through its hard link)
+// and makes the index agree, so that only geometry can notice.
+void ForgeFile(const std::string& dir, const std::string& name, const std::string& bytes);
 
 }  // namespace parallax

@@ -173,8 +173,7 @@ v1::Scene MakeSyntheticScene(int rigs, int width_px, int height_px) {
     auto* rig = scene.add_rigs();
     rig->set_index(static_cast<uint32_t>(i));
     // Looks along +y (camera z), x right, camera y down.
-    Pose pose;
-    pose.translation = {0.15 * i - 0.1, -0.3 - 0.2 * i, 1.4};
+    Pose pose{.translation = {0.15 * i - 0.1, -0.3 - 0.2 * i, 1.4}};
     Eigen::Matrix3d rotation;
     rotation.col(0) = Vec3d::UnitX();
     rotation.col(1) = -Vec3d::UnitZ();

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -10,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/system/temporary_folder.h"
 #include "common/image/io.h"
 #include "worker/dataset/frame/plain_formats.h"
 
@@ -33,16 +33,9 @@ inline ImageU8 RowU8(const std::vector<uint8_t>& values) {
 // A folder that is removed with it; files by paths relative to it, folders made as needed.
 class TestTree {
  public:
-  TestTree() {
-    std::string name = std::filesystem::temp_directory_path() / "evaluate_XXXXXX";
-    EXPECT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
-  }
-  ~TestTree() { std::filesystem::remove_all(dir_); }
-
-  const std::string& dir() const { return dir_; }
+  const std::string& dir() const { return folder_.path(); }
   std::string Path(const std::string& name) const {
-    const std::string path = dir_ + "/" + name;
+    const std::string path = dir() + "/" + name;
     std::filesystem::create_directories(std::filesystem::path(path).parent_path());
     return path;
   }
@@ -78,10 +71,10 @@ class TestTree {
   void Text(const std::string& name, const std::string& text) const {
     std::ofstream(Path(name), std::ios::binary) << text;
   }
-  void Remove(const std::string& name) const { std::filesystem::remove_all(dir_ + "/" + name); }
+  void Remove(const std::string& name) const { std::filesystem::remove_all(dir() + "/" + name); }
 
  private:
-  std::string dir_;
+  const TemporaryFolder folder_ = *TemporaryFolder::Make("evaluate");
 };
 
 }  // namespace parallax

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
@@ -14,6 +13,7 @@
 #include "common/base/system/file.h"
 #include "common/store/store.h"
 #include "parallax/v1/train.pb.h"
+#include "tests/folder_test.h"
 #include "tests/worker/dataset/synthetic_archive.h"
 #include "worker/jobs/jobs.h"
 
@@ -48,14 +48,11 @@ class DistantStore final : public Store {
   const std::shared_ptr<Store> store_;
 };
 
-class JobTest : public ::testing::Test {
+class JobTest : public FolderTest {
  protected:
   static constexpr int kScenes = 4, kRigs = 2;
 
   void SetUp() override {
-    std::string name = std::filesystem::temp_directory_path() / "parallax_jobs_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
     MakeSyntheticArchive(dir_ + "/archive", {.variants = {"a", "b"},
                                              .scenes = kScenes,
                                              .rigs = kRigs,
@@ -76,7 +73,6 @@ class JobTest : public ::testing::Test {
     WriteTrainer("script", "");
     options_->frame_cache.dir = dir_ + "/cache";
   }
-  void TearDown() override { std::filesystem::remove_all(dir_); }
 
   static std::string FolderOf(const std::string& variant, int scene) {
     return variant + std::to_string(scene) + "/.attempt-1";
@@ -166,7 +162,6 @@ class JobTest : public ::testing::Test {
     return ReadFile(dir_ + "/store/" + path).value_or("");
   }
 
-  std::string dir_;
   std::shared_ptr<Store> store_;
   std::vector<std::string> allowed_;
   std::shared_ptr<JobOptions> options_ = std::make_shared<JobOptions>();

@@ -9,6 +9,7 @@
 
 #include "common/base/system/file.h"
 #include "common/image/io.h"
+#include "tests/folder_test.h"
 #include "worker/materials/pictures/pbr_material.h"
 #include "worker/materials/pictures/texture_sets.h"
 
@@ -18,16 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-class TextureSetsTest : public testing::Test {
+class TextureSetsTest : public FolderTest {
  protected:
-  TextureSetsTest()
-      : dir_(testing::TempDir() + "texture_sets_" +
-             testing::UnitTest::GetInstance()->current_test_info()->name()) {
-    fs::remove_all(dir_);
-    fs::create_directories(dir_);
-  }
-  ~TextureSetsTest() override { fs::remove_all(dir_); }
-
   void Write(const std::string& name, uint8_t red, uint8_t green, uint8_t blue) const {
     ImageRgb8 picture(4, 4);
     for (size_t i = 0; i < picture.values().size(); ++i) {
@@ -41,8 +34,6 @@ class TextureSetsTest : public testing::Test {
     EXPECT_TRUE(material.ok()) << material.status();
     return (*material)->Evaluate(SurfacePoint());
   }
-
-  std::string dir_;
 };
 
 TEST_F(TextureSetsTest, UsualNamesMakeSets) {

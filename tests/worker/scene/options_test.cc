@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "common/image/io.h"
+#include "tests/folder_test.h"
 #include "worker/assets/asset.h"
 #include "worker/materials/pictures/picture_folder.h"
 #include "worker/materials/pictures/user_picture.h"
@@ -108,24 +109,15 @@ TEST(FloatingClasses, HoldNatureOnlyWhereItIsNamed) {
   }
 }
 
-class UserPictures : public testing::Test {
+class UserPictures : public FolderTest {
  protected:
-  // A folder of its own: tests of one fixture run side by side.
-  UserPictures()
-      : dir_(testing::TempDir() + "user_pictures_" +
-             testing::UnitTest::GetInstance()->current_test_info()->name()) {
+  UserPictures() {
     SetPictureRoot("/");
-    std::filesystem::create_directories(dir_);
     ImageRgb8 image(2, 2, 0);
     for (int y = 0; y < 2; ++y) image(0, y, 0) = image(1, y, 2) = 255;  // Red left, blue right.
     EXPECT_TRUE(WritePng(dir_ + "/red_blue.png", image).ok());
   }
-  ~UserPictures() override {
-    SetPictureRoot("");
-    std::filesystem::remove_all(dir_);
-  }
-
-  std::string dir_;
+  ~UserPictures() override { SetPictureRoot(""); }
 };
 
 TEST_F(UserPictures, ArePrintedUprightAndFadeToTheirMean) {

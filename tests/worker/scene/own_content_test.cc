@@ -12,6 +12,7 @@
 #include "common/config/config.h"
 #include "common/image/io.h"
 #include "common/math/proto.h"
+#include "tests/folder_test.h"
 #include "tests/worker/assets/own_files.h"
 #include "worker/materials/pictures/environment_folder.h"
 #include "worker/materials/pictures/user_picture.h"
@@ -27,22 +28,16 @@ namespace fs = std::filesystem;
 using test::GlbBox;
 using ::testing::HasSubstr;
 
-class OwnContentTest : public testing::Test {
+class OwnContentTest : public FolderTest {
  protected:
-  OwnContentTest()
-      : root_(testing::TempDir() + "own_content_" +
-              testing::UnitTest::GetInstance()->current_test_info()->name()) {
-    fs::remove_all(root_);
+  OwnContentTest() {
     MakeContent("one");
-    SetPictureRoot(root_);
+    SetPictureRoot(dir_);
   }
-  ~OwnContentTest() override {
-    SetPictureRoot("");
-    fs::remove_all(root_);
-  }
+  ~OwnContentTest() override { SetPictureRoot(""); }
 
   void MakeContent(const std::string& place) const {
-    const std::string dir = root_ + "/" + place;
+    const std::string dir = dir_ + "/" + place;
     for (const char* folder : {"/meshes/lamps", "/meshes/Chair", "/textures", "/hdris"}) {
       fs::create_directories(dir + folder);
     }
@@ -74,8 +69,6 @@ class OwnContentTest : public testing::Test {
     EXPECT_TRUE(result.ok() && result->has_scene()) << result.status();
     return result->scene();
   }
-
-  const std::string root_;
 };
 
 TEST_F(OwnContentTest, ScenesAreMadeOfItAndCanBeBuilt) {
@@ -103,7 +96,7 @@ TEST_F(OwnContentTest, ScenesAreMadeOfItAndCanBeBuilt) {
 TEST_F(OwnContentTest, RecipesAreTheSameWhereverItLies) {
   const v1::Scene here = SceneOf(JobOf(ConfigOf("one")));
   MakeContent("two");
-  fs::remove_all(root_ + "/one");
+  fs::remove_all(dir_ + "/one");
   EXPECT_EQ(SceneOf(JobOf(ConfigOf("two"))).SerializeAsString(), here.SerializeAsString());
   v1::RenderJob job;
   *job.mutable_scene() = here;
@@ -114,7 +107,7 @@ TEST_F(OwnContentTest, RecipesAreTheSameWhereverItLies) {
   job.set_texture_dir("two/textures");
   job.set_hdri_dir("two/hdris");
   EXPECT_TRUE(LocateOwnContent(job).ok()) << LocateOwnContent(job);
-  SetPictureRoot(root_ + "/two");
+  SetPictureRoot(dir_ + "/two");
   EXPECT_EQ(LocateOwnContent(job).code(), absl::StatusCode::kNotFound) << "below the root only";
 }
 
@@ -129,10 +122,10 @@ TEST_F(OwnContentTest, WithoutItNothingIsDrawnOtherwise) {
 
 TEST_F(OwnContentTest, OtherContentThanTheStudysFailsTheJob) {
   v1::SceneConfig config = ConfigOf("one");
-  const auto meshes = ReadMeshFolders({root_ + "/one/meshes"});
+  const auto meshes = ReadMeshFolders({dir_ + "/one/meshes"});
   config.mutable_assets()->set_include_sha256(meshes->sha256);
   EXPECT_TRUE(ReadOwnContent(config).ok()) << ReadOwnContent(config).status();
-  ASSERT_TRUE(WriteFile(root_ + "/one/meshes/lamps/tall.glb", GlbBox(1, 4, 1)).ok());
+  ASSERT_TRUE(WriteFile(dir_ + "/one/meshes/lamps/tall.glb", GlbBox(1, 4, 1)).ok());
   EXPECT_EQ(ReadOwnContent(config).status().code(), absl::StatusCode::kDataLoss);
   EXPECT_THAT(std::string(ReadOwnContent(config).status().message()),
               HasSubstr("assets.include: its content is not that which the study was submitted"));
@@ -236,7 +229,7 @@ TEST_F(OwnContentTest, FurnitureIsReplacedWithinItsBox) {
 }
 
 TEST_F(OwnContentTest, KeyframesHaveTheirOwnSurroundings) {
-  ASSERT_TRUE(WriteExrHalfRgb(root_ + "/one/hdris/dark.exr", ImageF3(8, 4, 0.1f)).ok());
+  ASSERT_TRUE(WriteExrHalfRgb(dir_ + "/one/hdris/dark.exr", ImageF3(8, 4, 0.1f)).ok());
   v1::SceneConfig config = ConfigOf("one");
   config.mutable_lighting()->set_hdri_p(0.5);
   const OwnContent own = *ReadOwnContent(config);
@@ -257,7 +250,7 @@ TEST_F(OwnContentTest, KeyframesHaveTheirOwnSurroundings) {
 }
 
 TEST_F(OwnContentTest, RigsThatShareALeftEyeHaveTheSameSurroundings) {
-  ASSERT_TRUE(WriteExrHalfRgb(root_ + "/one/hdris/dark.exr", ImageF3(8, 4, 0.1f)).ok());
+  ASSERT_TRUE(WriteExrHalfRgb(dir_ + "/one/hdris/dark.exr", ImageF3(8, 4, 0.1f)).ok());
   const v1::SceneConfig config = ConfigOf("one");
   const OwnContent own = *ReadOwnContent(config);
   v1::Scene single, shared;

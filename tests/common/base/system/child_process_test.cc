@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,6 +11,7 @@
 #include <thread>
 
 #include "common/base/system/file.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
@@ -21,15 +21,8 @@ using testing::HasSubstr;
 // Starts a shell in the background, writes its number to "pid", and waits.
 constexpr char kWithGrandchild[] = "sleep 300 & echo $! >pid.new; mv pid.new pid; wait";
 
-class ChildProcessTest : public ::testing::Test {
+class ChildProcessTest : public FolderTest {
  protected:
-  void SetUp() override {
-    std::string name = std::filesystem::temp_directory_path() / "parallax_child_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(dir_); }
-
   ChildOptions Shell(const std::string& line) const {
     return {.command = {"sh", "-c", line}, .directory = dir_, .log = dir_ + "/log"};
   }
@@ -54,8 +47,6 @@ class ChildProcessTest : public ::testing::Test {
     const std::string stat = ReadFile("/proc/" + std::to_string(pid) + "/stat").value_or("");
     return stat.empty() || stat.find(") Z") != std::string::npos;
   }
-
-  std::string dir_;
 };
 
 TEST_F(ChildProcessTest, GivesExitStatusOutputEnvironmentAndFolder) {

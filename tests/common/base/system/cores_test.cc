@@ -7,34 +7,30 @@
 #include <string>
 
 #include "common/base/system/cgroup.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
 
-class Cores : public ::testing::Test {
+class Cores : public FolderTest {
  protected:
-  Cores() { std::filesystem::remove_all(root_); }
-  ~Cores() override { std::filesystem::remove_all(root_); }
   void Set(const std::string& folder, const char* file, const char* text) const {
-    std::filesystem::create_directories(root_ + folder);
-    std::ofstream(root_ + folder + "/" + file) << text << "\n";
+    std::filesystem::create_directories(dir_ + folder);
+    std::ofstream(dir_ + folder + "/" + file) << text << "\n";
   }
-  // ctest runs tests of one program side by side.
-  const std::string root_ = ::testing::TempDir() + "cores_" +
-                            ::testing::UnitTest::GetInstance()->current_test_info()->name();
 };
 
 TEST_F(Cores, TheSmallestQuotaOfAGroupAndThoseAboveItHolds) {
   Set("/kubepods/pod/container", "cpu.max", "400000 100000");
   Set("/kubepods/pod", "cpu.max", "150000 100000");
   Set("/kubepods", "cpu.max", "max 100000");
-  EXPECT_DOUBLE_EQ(CgroupCpuLimit("0::/kubepods/pod/container\n", root_), 1.5);
-  EXPECT_DOUBLE_EQ(CgroupCpuLimit("0::/kubepods\n", root_), 0);
-  EXPECT_DOUBLE_EQ(CgroupCpuLimit("0::/\n", root_), 0);
-  EXPECT_DOUBLE_EQ(CgroupCpuLimit("", root_), 0);
+  EXPECT_DOUBLE_EQ(CgroupCpuLimit("0::/kubepods/pod/container\n", dir_), 1.5);
+  EXPECT_DOUBLE_EQ(CgroupCpuLimit("0::/kubepods\n", dir_), 0);
+  EXPECT_DOUBLE_EQ(CgroupCpuLimit("0::/\n", dir_), 0);
+  EXPECT_DOUBLE_EQ(CgroupCpuLimit("", dir_), 0);
   // A container that does not see its own folder has its quota at the root.
   Set("", "cpu.max", "50000 100000");
-  EXPECT_DOUBLE_EQ(CgroupCpuLimit("0::/nowhere/to/be/seen\n", root_), 0.5);
+  EXPECT_DOUBLE_EQ(CgroupCpuLimit("0::/nowhere/to/be/seen\n", dir_), 0.5);
 }
 
 TEST_F(Cores, QuotasOfTheOlderHierarchyCount) {
@@ -42,8 +38,8 @@ TEST_F(Cores, QuotasOfTheOlderHierarchyCount) {
   Set("/cpu/docker/a", "cpu.cfs_period_us", "100000");
   Set("/cpu", "cpu.cfs_quota_us", "-1");
   Set("/cpu", "cpu.cfs_period_us", "100000");
-  EXPECT_DOUBLE_EQ(CgroupCpuLimit("4:memory:/x\n3:cpu,cpuacct:/docker/a\n0::/\n", root_), 2.5);
-  EXPECT_DOUBLE_EQ(CgroupCpuLimit("3:cpuset:/docker/a\n", root_), 0);
+  EXPECT_DOUBLE_EQ(CgroupCpuLimit("4:memory:/x\n3:cpu,cpuacct:/docker/a\n0::/\n", dir_), 2.5);
+  EXPECT_DOUBLE_EQ(CgroupCpuLimit("3:cpuset:/docker/a\n", dir_), 0);
 }
 
 TEST_F(Cores, ThereIsAtLeastOne) { EXPECT_GE(UsableCores(), 1); }

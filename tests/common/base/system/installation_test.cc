@@ -8,6 +8,7 @@
 
 #include "common/base/system/file.h"
 #include "common/base/version.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
@@ -16,22 +17,14 @@ namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::HasSubstr;
 
-class InstallationTest : public ::testing::Test {
+class InstallationTest : public FolderTest {
  protected:
-  void SetUp() override {
-    std::string name = fs::temp_directory_path() / "parallax_installed_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    root_ = name;
-    fs::create_directories(root_ + "/share/parallax");
-  }
-  void TearDown() override { fs::remove_all(root_); }
+  void SetUp() override { fs::create_directories(dir_ + "/share/parallax"); }
 
   Installation PackageOf(const std::string& kind) {
-    EXPECT_TRUE(WriteFile(root_ + "/share/parallax/installed_as", kind + "\n").ok());
-    return InstallationOf(root_ + "/libexec/parallax");
+    EXPECT_TRUE(WriteFile(dir_ + "/share/parallax/installed_as", kind + "\n").ok());
+    return InstallationOf(dir_ + "/libexec/parallax");
   }
-
-  std::string root_;
 };
 
 TEST_F(InstallationTest, ProgramsOfABuildLieInOneFolder) {
@@ -42,10 +35,10 @@ TEST_F(InstallationTest, ProgramsOfABuildLieInOneFolder) {
 }
 
 TEST_F(InstallationTest, APackageStartsItsProgramsFromBinAndKeepsDataInShare) {
-  const Installation unpacked = InstallationOf(root_ + "/libexec/parallax");
+  const Installation unpacked = InstallationOf(dir_ + "/libexec/parallax");
   EXPECT_EQ(unpacked.as, InstalledAs::kTarball) << "without the file that tells";
-  EXPECT_EQ(unpacked.programs, root_ + "/bin");
-  EXPECT_EQ(unpacked.data, root_ + "/share/parallax");
+  EXPECT_EQ(unpacked.programs, dir_ + "/bin");
+  EXPECT_EQ(unpacked.data, dir_ + "/share/parallax");
   EXPECT_EQ(PackageOf("tarball").as, InstalledAs::kTarball);
   EXPECT_EQ(PackageOf("wheel").as, InstalledAs::kWheel);
   EXPECT_EQ(PackageOf("deb").as, InstalledAs::kDebianPackage);
@@ -58,7 +51,7 @@ TEST_F(InstallationTest, TheRemedyFitsTheWayOfInstallation) {
   EXPECT_EQ(remedy(InstallationOf("/src/build/release/bin/parallax")),
             "build it: cmake --build /src/build/release --target trainer");
   EXPECT_THAT(remedy(PackageOf("tarball")),
-              AllOf(HasSubstr("tar -xf parallax-trainer-"), HasSubstr("-C " + root_ + " ")));
+              AllOf(HasSubstr("tar -xf parallax-trainer-"), HasSubstr("-C " + dir_ + " ")));
   EXPECT_THAT(remedy(PackageOf("wheel")), HasSubstr("pip install parallax_stereo_trainer-"));
   EXPECT_THAT(remedy(PackageOf("deb")), HasSubstr(std::string("./parallax-stereo-trainer_") +
                                                   kProgramVersion + "_amd64.deb"));

@@ -13,6 +13,7 @@
 #include "common/store/content.h"
 #include "common/store/store.h"
 #include "coordinator/client/content/study_options.h"
+#include "tests/folder_test.h"
 #include "worker/evaluate/own_benchmark.h"
 
 namespace parallax::client {
@@ -57,12 +58,9 @@ TEST(HashContent, LargeTexturesAskForWorkersThatHoldThem) {
 }
 
 // A folder with a pair in Middlebury's layout and a list that names its files from elsewhere.
-class OwnBenchmarkTest : public ::testing::Test {
+class OwnBenchmarkTest : public FolderTest {
  protected:
   void SetUp() override {
-    std::string name = testing::TempDir() + "/own_benchmark_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
     for (const char* folder : {"/real/yard one", "/lists", "/store"}) {
       fs::create_directories(dir_ + folder);
     }
@@ -83,9 +81,7 @@ class OwnBenchmarkTest : public ::testing::Test {
     ASSERT_TRUE(study.ok()) << study.status();
     study_ = *study;
   }
-  void TearDown() override { fs::remove_all(dir_); }
 
-  std::string dir_;
   v1::StudySpec study_;
 };
 

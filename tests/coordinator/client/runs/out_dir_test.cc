@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "coordinator/client/exit_code.h"
+#include "tests/folder_test.h"
 
 namespace parallax::client {
 namespace {
@@ -15,15 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-class OutDirTest : public ::testing::Test {
+class OutDirTest : public FolderTest {
  protected:
-  void SetUp() override {
-    std::string name = fs::temp_directory_path() / "out_dir_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
-  }
-  void TearDown() override { fs::remove_all(dir_); }
-  std::string dir_;
 };
 
 TEST_F(OutDirTest, MakesTheFolderAndLeavesNoProbe) {

@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -14,6 +13,7 @@
 #include "common/config/training_plan.h"
 #include "common/image/io.h"
 #include "coordinator/client/runs/plan_power.h"
+#include "tests/folder_test.h"
 #include "worker/render/paths/profiles.h"
 #include "worker/scene/types/indoor/indoor.h"
 #include "worker/scene/types/nature/nature.h"
@@ -291,19 +291,15 @@ TEST(Plan, AFactorScalesTimesOnly) {
   EXPECT_EQ(three.solves, one.solves);
 }
 
-class MeasuredFactorTest : public ::testing::Test {
+class MeasuredFactorTest : public FolderTest {
  protected:
   void SetUp() override {
-    std::string name = fs::temp_directory_path() / "plan_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
     v1::StudySpec study = LoadStudy("table1").value();
     study.set_rigs_per_scene(1);
     study.set_pairs(2);
     std::ofstream(dir_ + "/study.lock.yaml") << StudyToYaml(study);
     fs::create_directories(dir_ + "/default");
   }
-  void TearDown() override { fs::remove_all(dir_); }
 
   void WriteIndex(const std::string& seconds) {
     std::ofstream out(dir_ + "/default/index.jsonl");
@@ -312,8 +308,6 @@ class MeasuredFactorTest : public ::testing::Test {
           << "}\n";
     }
   }
-
-  std::string dir_;
 };
 
 TEST_F(MeasuredFactorTest, IsWhatPairsTookOverWhatIsForetold) {

@@ -1,7 +1,6 @@
 #include "coordinator/client/runs/study_results.h"
 
 #include <gmock/gmock.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -12,6 +11,7 @@
 #include "coordinator/client/exit_code.h"
 #include "coordinator/client/views/study_table.h"
 #include "tests/coordinator/client/canned_coordinator.h"
+#include "tests/folder_test.h"
 #include "tests/worker/evaluate/test_scores.h"
 
 namespace parallax::client {
@@ -41,12 +41,9 @@ TEST(ResultLabel, SaysSetSeedBenchmarkAndCheckpoint) {
 }
 
 // Two sets with equal data share a training; each has its folder and its row.
-class StudyResultsTest : public ::testing::Test {
+class StudyResultsTest : public FolderTest {
  protected:
   void SetUp() override {
-    std::string name = fs::temp_directory_path() / "results_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
     coordinator_.store_uri = "file://" + dir_ + "/store";
     auto study = ParseStudy(
         "study: s\npairs: 2\nvariants:\n  - name: zebra\n  - name: again\n"
@@ -61,7 +58,6 @@ class StudyResultsTest : public ::testing::Test {
     for (int seed = 0; seed < 2; ++seed) AddTraining(seed);
     AddScores("sgbm on toy", "sgbm", std::nullopt, "", 9);
   }
-  void TearDown() override { fs::remove_all(dir_); }
 
   void Add(const std::string& kind, const std::string& label, const std::string& folder,
            const std::map<std::string, std::string>& files) {
@@ -101,7 +97,6 @@ class StudyResultsTest : public ::testing::Test {
         {{"scores.jsonl", EncodeEvaluation(scores)}, {"sheet.png", "pixels"}});
   }
 
-  std::string dir_;
   v1::StudySpec study_;
   FakeCoordinator coordinator_;
 };

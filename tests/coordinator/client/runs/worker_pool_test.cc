@@ -7,16 +7,16 @@
 
 #include <atomic>
 #include <chrono>
-#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <sstream>
 #include <thread>
 
+#include "tests/folder_test.h"
+
 namespace parallax::client {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 // Time that passes only when told: back-off without waiting.
@@ -30,15 +30,8 @@ class ManualClock : public Clock {
   std::atomic<double> now_s{1000};
 };
 
-class WorkerPoolTest : public ::testing::Test {
+class WorkerPoolTest : public FolderTest {
  protected:
-  void SetUp() override {
-    std::string name = fs::temp_directory_path() / "worker_pool_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
-  }
-  void TearDown() override { fs::remove_all(dir_); }
-
   // Workers are shell scripts.
   WorkerPoolOptions Options(const std::string& script, int workers = 1) {
     WorkerPoolOptions options;
@@ -64,7 +57,6 @@ class WorkerPoolTest : public ::testing::Test {
     return text.str();
   }
 
-  std::string dir_;
   ManualClock clock_;
 };
 

@@ -335,7 +335,7 @@ TEST_F(WaitsTest, TheAuditorFindsEveryBrokenWait) {
       {"UPDATE variants SET others_lost = 3", "lost jobs outside of scenes"},
   };
   for (const auto& c : cases) {
-    options_.db_path = folder_ + "/planted.db";
+    options_.db_path = dir_ + "/planted.db";
     std::filesystem::copy_file(original, options_.db_path,
                                std::filesystem::copy_options::overwrite_existing);
     sqlite3* db = nullptr;

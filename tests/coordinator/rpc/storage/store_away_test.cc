@@ -10,9 +10,9 @@ namespace {
 class StoreAwayTest : public CoordinatorServerTest {
  protected:
   void SetUp() override {
-    store_ = *OpenStore(directory_ + "/store");
+    store_ = *OpenStore(dir_ + "/store");
     options_.store = store_.get();
-    options_.spool_dir = directory_ + "/spool";
+    options_.spool_dir = dir_ + "/spool";
     options_.store_look_s = 0.01;
     StartCoordinator();
   }
@@ -26,13 +26,13 @@ class StoreAwayTest : public CoordinatorServerTest {
     ASSERT_EQ(server_->StoreStatus().ok(), there);
   }
   void TakeAway() {
-    fs::rename(directory_ + "/store", directory_ + "/disk");
-    fs::create_directory(directory_ + "/store");
+    fs::rename(dir_ + "/store", dir_ + "/disk");
+    fs::create_directory(dir_ + "/store");
     WaitUntilStoreIs(false);
   }
   void BringBack() {
-    fs::remove(directory_ + "/store");
-    fs::rename(directory_ + "/disk", directory_ + "/store");
+    fs::remove(dir_ + "/store");
+    fs::rename(dir_ + "/disk", dir_ + "/store");
     WaitUntilStoreIs(true);
   }
 

@@ -39,7 +39,7 @@ class StoreUpkeepTest : public QueueTest {
     return queue.status();
   }
   void SetUp() override { ASSERT_TRUE(Open().ok()); }
-  std::string Dir() const { return folder_ + "/store"; }
+  std::string Dir() const { return dir_ + "/store"; }
 
   // A worker's answer, whose files it has put into the store.
   v1::CompleteRequest WithFiles(const v1::Lease& lease) {
@@ -93,7 +93,7 @@ class StoreUpkeepTest : public QueueTest {
 // ---- Whose it is
 TEST_F(StoreUpkeepTest, AnEmptyFolderWhereThereWasAStoreIsRefused) {
   const std::string id = store_->Id();
-  fs::rename(Dir(), folder_ + "/disk");
+  fs::rename(Dir(), dir_ + "/disk");
   for (const bool make : {false, true}) {
     if (make) fs::create_directory(Dir());
     const absl::Status status = Open();
@@ -103,14 +103,14 @@ TEST_F(StoreUpkeepTest, AnEmptyFolderWhereThereWasAStoreIsRefused) {
     EXPECT_FALSE(make && !fs::is_empty(Dir())) << "nothing is written there";
   }
   fs::remove(Dir());
-  fs::rename(folder_ + "/disk", Dir());
+  fs::rename(dir_ + "/disk", Dir());
   EXPECT_TRUE(Open().ok());
   EXPECT_EQ(store_->Id(), id);
 }
 
 TEST_F(StoreUpkeepTest, AnotherStoreIsRefusedUnlessItIsAdopted) {
   const std::string id = store_->Id();
-  fs::rename(Dir(), folder_ + "/disk");
+  fs::rename(Dir(), dir_ + "/disk");
   const std::string other = (*OpenStore(Dir()))->Id();
   EXPECT_THAT(std::string(Open().message()), HasSubstr("it is the store " + other));
   ASSERT_TRUE(Open(/*adopt=*/true).ok());
@@ -122,7 +122,7 @@ TEST_F(StoreUpkeepTest, AStoreBelongsToOneDatabase) {
   const std::string first = queue_->database_id();
   queue_.reset();
   const std::string db = options_.db_path;
-  options_.db_path = folder_ + "/other.db";
+  options_.db_path = dir_ + "/other.db";
   clock_.Advance(10);
   const absl::Status status = Open();
   EXPECT_THAT(std::string(status.message()), HasSubstr("belongs to the database " + first));
@@ -137,9 +137,9 @@ TEST_F(StoreUpkeepTest, ADatabaseFromBeforeItKeptAnIdKnowsItsStoreByItsResults) 
   old.database_id = queue_->database_id();
   old.sample = queue_->ListStoredOutputs("", 1)->front().files;
   EXPECT_TRUE(ClaimStore(Dir(), old, false).ok());
-  EXPECT_TRUE(absl::IsFailedPrecondition(ClaimStore(folder_ + "/absent", old, false).status()));
-  ASSERT_TRUE(OpenStore(folder_ + "/other").ok());
-  const absl::Status other = ClaimStore(folder_ + "/other", old, false).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(ClaimStore(dir_ + "/absent", old, false).status()));
+  ASSERT_TRUE(OpenStore(dir_ + "/other").ok());
+  const absl::Status other = ClaimStore(dir_ + "/other", old, false).status();
   EXPECT_THAT(std::string(other.message()), HasSubstr("newest results are not there"));
 }
 
@@ -149,14 +149,14 @@ TEST_F(StoreUpkeepTest, AStoreThatGoesIsNoticedAndSoIsItsReturn) {
   StoreGuard guard(*store_, 3600,
                    [&changes](const absl::Status& status) { changes.push_back(status.ok()); });
   EXPECT_TRUE(guard.Look().ok());
-  fs::rename(Dir(), folder_ + "/disk");
+  fs::rename(Dir(), dir_ + "/disk");
   EXPECT_TRUE(absl::IsUnavailable(guard.Look()));
   fs::create_directory(Dir());
   EXPECT_TRUE(absl::IsUnavailable(guard.Look())) << "a bare mount point";
   ASSERT_TRUE(OpenStore(Dir()).ok());
   EXPECT_THAT(std::string(guard.Look().message()), HasSubstr("wanted is " + store_->Id()));
   fs::remove_all(Dir());
-  fs::rename(folder_ + "/disk", Dir());
+  fs::rename(dir_ + "/disk", Dir());
   EXPECT_TRUE(guard.Look().ok());
   EXPECT_EQ(changes, (std::vector<bool>{false, true}));
 }
@@ -164,7 +164,7 @@ TEST_F(StoreUpkeepTest, AStoreThatGoesIsNoticedAndSoIsItsReturn) {
 TEST_F(StoreUpkeepTest, WhileTheStoreIsGoneNothingCountsAsLost) {
   const StudyId study = Submit();
   Work();
-  fs::rename(Dir(), folder_ + "/disk");
+  fs::rename(Dir(), dir_ + "/disk");
   fs::create_directory(Dir());
   Scrubber scrubber(*queue_, *store_, {.clock = &clock_});
   // The open store still sees its files where they are now; by name there is nothing.

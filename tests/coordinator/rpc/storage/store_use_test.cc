@@ -17,7 +17,7 @@ class RetentionTest : public QueueTest {
  protected:
   void SetUp() override {
     QueueTest::SetUp();
-    auto store = OpenStore(folder_ + "/store");
+    auto store = OpenStore(dir_ + "/store");
     ASSERT_TRUE(store.ok()) << store.status();
     store_ = *std::move(store);
   }
@@ -127,7 +127,7 @@ TEST_F(RetentionTest, WithoutRulesAndWithoutTheStoreNothingIsForgotten) {
   const StudyId study = Ended("only", 1, 4);
   clock_.Advance(10'000 * kDay_s);
   EXPECT_EQ(Retain(*Keeping({})), 0);
-  std::filesystem::rename(folder_ + "/store", folder_ + "/unmounted");
+  std::filesystem::rename(dir_ + "/store", dir_ + "/unmounted");
   EXPECT_FALSE(Keeping({.keep_s = kDay_s})->Retain().ok());
   EXPECT_THAT(Left(), ElementsAre(study.value));
 }

@@ -2,14 +2,12 @@
 #include "coordinator/rpc/workers/dispatcher.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
-
-#include <filesystem>
 
 #include "common/base/names.h"
 #include "common/config/check/limits.h"
 #include "coordinator/rpc/reply_size.h"
 #include "coordinator/rpc/validation.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
@@ -20,13 +18,11 @@ class SilentLink final : public WorkerLink {
   void Close(const absl::Status&, bool) override {}
 };
 
-class DispatcherTest : public testing::Test {
+class DispatcherTest : public FolderTest {
  protected:
   DispatcherTest() {
-    char name[] = "/tmp/parallax-dispatcher-XXXXXX";
-    directory_ = mkdtemp(name);
     // No worker falls silent, however long the disk takes for twenty thousand commits.
-    queue_ = *JobQueue::Open({.db_path = directory_ + "/queue.db", .lease_s = 3600});
+    queue_ = *JobQueue::Open({.db_path = dir_ + "/queue.db", .lease_s = 3600});
     pool_ = std::make_unique<TaskPool>(1);
     pool_->Start();
     dispatcher_ = std::make_unique<Dispatcher>(*queue_, *pool_, Clock::System(), 60);
@@ -35,7 +31,6 @@ class DispatcherTest : public testing::Test {
     dispatcher_.reset();
     pool_.reset();  // Its last tasks still use the queue.
     queue_.reset();
-    std::filesystem::remove_all(directory_);
   }
 
   // With the longest texts that are let pass.
@@ -54,7 +49,6 @@ class DispatcherTest : public testing::Test {
     return dispatcher_->Join(std::make_shared<SilentLink>(), hello, [](const auto&) {});
   }
 
-  std::string directory_;
   std::unique_ptr<JobQueue> queue_;
   std::unique_ptr<TaskPool> pool_;
   std::unique_ptr<Dispatcher> dispatcher_;

@@ -1,7 +1,6 @@
 #include "worker/agent/attempts/job_slots.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <condition_variable>
 #include <filesystem>
@@ -10,6 +9,7 @@
 
 #include "common/base/status.h"
 #include "common/base/system/log.h"
+#include "tests/folder_test.h"
 #include "worker/agent/attempts/failure.h"
 #include "worker/agent/attempts/running.h"
 
@@ -44,15 +44,8 @@ class LongJob final : public JobHandler {
   std::function<void(const AttemptFolder&)> at_work = [](const AttemptFolder&) {};
 };
 
-class JobSlotsTest : public ::testing::Test {
+class JobSlotsTest : public FolderTest {
  protected:
-  void SetUp() override {
-    std::string name = fs::temp_directory_path() / "parallax_slots_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
-  }
-  void TearDown() override { fs::remove_all(dir_); }
-
   // The report of one job.
   Report Do(bool resumes, const std::string& spec) {
     JobHandlers handlers;
@@ -87,7 +80,6 @@ class JobSlotsTest : public ::testing::Test {
   }
   bool Exists(const std::string& path) const { return fs::exists(dir_ + "/" + path); }
 
-  std::string dir_;
   RunningAttempt seen_;
   std::string live_log_;  // A heartbeat at that moment has it.
 };

@@ -1,26 +1,21 @@
 #include "worker/agent/attempts/outbox.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
+
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
 
 namespace fs = std::filesystem;
 
-class OutboxTest : public testing::Test {
+class OutboxTest : public FolderTest {
  protected:
-  OutboxTest() {
-    char name[] = "/tmp/parallax-outbox-XXXXXX";
-    root_ = mkdtemp(name);
-  }
-  ~OutboxTest() override { fs::remove_all(root_); }
-
   std::unique_ptr<Outbox> Open(const std::string& worker) {
-    auto outbox = Outbox::Open(root_, worker);
+    auto outbox = Outbox::Open(dir_, worker);
     EXPECT_TRUE(outbox.ok()) << outbox.status();
     return outbox.ok() ? *std::move(outbox) : nullptr;
   }
@@ -40,8 +35,6 @@ class OutboxTest : public testing::Test {
     fail.set_error("why");
     return {fail};
   }
-
-  std::string root_;
 };
 
 TEST_F(OutboxTest, WhatWasPutIsThereAfterADeath) {
@@ -71,22 +64,22 @@ TEST_F(OutboxTest, WhatWasPutIsThereAfterADeath) {
 
 TEST_F(OutboxTest, TwoLivingWorkersOfOneNameAreRefused) {
   auto first = Open("w");
-  const auto second = Outbox::Open(root_, "w");
+  const auto second = Outbox::Open(dir_, "w");
   EXPECT_EQ(second.status().code(), absl::StatusCode::kAlreadyExists) << second.status();
   first.reset();
-  EXPECT_TRUE(Outbox::Open(root_, "w").ok());
+  EXPECT_TRUE(Outbox::Open(dir_, "w").ok());
 }
 
 TEST_F(OutboxTest, ReportsOfTheDeadAreTakenOverAndThoseOfTheLivingAreNot) {
   auto living = Open("living");
   ASSERT_TRUE(living->Put(Completed(1, 11)).ok());
   ASSERT_TRUE(Open("dead")->Put(Completed(2, 12)).ok());
-  std::ofstream(root_ + "/dead/.tmp-1-w1") << "a report that it had begun to write";
+  std::ofstream(dir_ + "/dead/.tmp-1-w1") << "a report that it had begun to write";
   const std::vector<Report> left = Open("heir")->TakeLeftovers();
   ASSERT_EQ(left.size(), 1u);
   EXPECT_EQ(left[0].attempt().job_id(), 2);
-  EXPECT_FALSE(fs::exists(root_ + "/dead"));
-  EXPECT_TRUE(fs::exists(root_ + "/living"));
+  EXPECT_FALSE(fs::exists(dir_ + "/dead"));
+  EXPECT_TRUE(fs::exists(dir_ + "/living"));
 }
 
 TEST_F(OutboxTest, ADamagedReportIsSetAsideAndTheOthersSurvive) {
@@ -96,7 +89,7 @@ TEST_F(OutboxTest, ADamagedReportIsSetAsideAndTheOthersSurvive) {
     ASSERT_TRUE(outbox->Put(Completed(2, 12)).ok());
   }
   int damaged = 0;
-  for (const auto& entry : fs::directory_iterator(root_ + "/w")) {
+  for (const auto& entry : fs::directory_iterator(dir_ + "/w")) {
     if (entry.path().string().find("-1-11") == std::string::npos) continue;
     std::fstream file(entry.path(), std::ios::in | std::ios::out | std::ios::binary);
     file.seekp(-1, std::ios::end);
@@ -108,7 +101,7 @@ TEST_F(OutboxTest, ADamagedReportIsSetAsideAndTheOthersSurvive) {
   ASSERT_EQ(left.size(), 1u);
   EXPECT_EQ(left[0].attempt().job_id(), 2);
   int set_aside = 0;
-  for (const auto& entry : fs::directory_iterator(root_ + "/w")) {
+  for (const auto& entry : fs::directory_iterator(dir_ + "/w")) {
     set_aside += entry.path().extension() == ".damaged";
   }
   EXPECT_EQ(set_aside, 1);

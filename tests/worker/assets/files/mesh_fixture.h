@@ -12,6 +12,7 @@
 
 #include "common/base/system/file.h"
 #include "common/image/io.h"
+#include "tests/folder_test.h"
 #include "tests/worker/assets/own_files.h"
 #include "worker/assets/files/mesh_file.h"
 #include "worker/materials/pictures/pbr_material.h"
@@ -75,16 +76,8 @@ inline const std::vector<float> kQuad = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
 inline const std::vector<float> kQuadUv = {0, 1, 1, 1, 1, 0, 0, 0};  // v goes down.
 inline const std::vector<uint16_t> kQuadCorners = {0, 1, 2, 0, 2, 3};
 
-class MeshReadersTest : public testing::Test {
+class MeshReadersTest : public FolderTest {
  protected:
-  MeshReadersTest()
-      : dir_(testing::TempDir() + "mesh_readers_" +
-             testing::UnitTest::GetInstance()->current_test_info()->name()) {
-    std::filesystem::remove_all(dir_);
-    std::filesystem::create_directories(dir_);
-  }
-  ~MeshReadersTest() override { std::filesystem::remove_all(dir_); }
-
   std::string Write(const std::string& name, const std::string& bytes) const {
     const std::string path = dir_ + "/" + name;
     std::filesystem::create_directories(std::filesystem::path(path).parent_path());
@@ -117,8 +110,6 @@ class MeshReadersTest : public testing::Test {
                     R"("pbrMetallicRoughness":{{"baseColorTexture":{{"index":0{}}}}}}}],)",
                     view, texture, rest, info));
   }
-
-  std::string dir_;
 };
 
 // The colour at (u, v) of the first material: "r" left, "g" right, with "b" on top.

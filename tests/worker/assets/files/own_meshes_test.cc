@@ -7,6 +7,7 @@
 
 #include "common/base/system/file.h"
 #include "common/image/io.h"
+#include "tests/folder_test.h"
 #include "tests/worker/assets/own_files.h"
 
 namespace parallax {
@@ -20,24 +21,14 @@ using test::ObjBox;
 using test::PlyBox;
 using ::testing::HasSubstr;
 
-class OwnMeshesTest : public testing::Test {
+class OwnMeshesTest : public FolderTest {
  protected:
-  OwnMeshesTest()
-      : dir_(testing::TempDir() + "own_meshes_" +
-             testing::UnitTest::GetInstance()->current_test_info()->name()) {
-    fs::remove_all(dir_);
-    fs::create_directories(dir_);
-  }
-  ~OwnMeshesTest() override { fs::remove_all(dir_); }
-
   std::string Write(const std::string& name, const std::string& bytes) const {
     const std::string path = dir_ + "/" + name;
     fs::create_directories(fs::path(path).parent_path());
     EXPECT_TRUE(WriteFile(path, bytes).ok());
     return path;
   }
-
-  std::string dir_;
 };
 
 // A thing that is 1 wide, 2 high and 3 deep and looks to the front, whichever its format.

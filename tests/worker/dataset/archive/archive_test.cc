@@ -11,6 +11,7 @@
 #include "common/base/hash.h"
 #include "common/base/system/file.h"
 #include "common/config/config.h"
+#include "tests/folder_test.h"
 #include "tests/worker/dataset/synthetic_scene.h"
 #include "worker/dataset/archive/judge_archive.h"
 #include "worker/dataset/frame/frame_writer.h"
@@ -26,21 +27,17 @@ using ::testing::Not;
 using ::testing::StartsWith;
 using Json = nlohmann::json;
 
-class ArchiveTest : public ::testing::Test {
+class ArchiveTest : public FolderTest {
  protected:
   void SetUp() override {
-    root_ = ::testing::TempDir() + "archive_" +
-            ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(root_);
-    store_ = root_ + "/store";
-    out_ = root_ + "/out";
+    store_ = dir_ + "/store";
+    out_ = dir_ + "/out";
     study_ = *ParseStudy(
         "study: s\npairs: 4\nrigs_per_scene: 2\nvariants: [{name: a}, {name: b, set: {rigs: "
         "{count: "
         "2}}}]\n",
         "s.yaml");
   }
-  void TearDown() override { fs::remove_all(root_); }
 
   // Renders a frame into the store as attempt 7 of a job.
   v1::PublishedFrame Publish(const std::string& variant, uint32_t scene, uint32_t rig,
@@ -82,7 +79,7 @@ class ArchiveTest : public ::testing::Test {
 
   v1::Scene scene_ = MakeSyntheticScene(2, 64, 36);
   v1::StudySpec study_;
-  std::string root_, store_, out_;
+  std::string store_, out_;
 };
 
 TEST_F(ArchiveTest, BringsFramesIntoTheTreeOfDatasetFormat) {
@@ -206,8 +203,8 @@ TEST_F(ArchiveTest, AStoreOnAnotherDeviceIsCopied) {
   const std::string shm = "/dev/shm/parallax_archive_test_" + std::to_string(::getpid());
   struct stat here {
   }, there{};
-  fs::create_directories(root_);
-  if (::stat("/dev/shm", &there) != 0 || ::stat(root_.c_str(), &here) != 0 ||
+  fs::create_directories(dir_);
+  if (::stat("/dev/shm", &there) != 0 || ::stat(dir_.c_str(), &here) != 0 ||
       here.st_dev == there.st_dev) {
     GTEST_SKIP() << "no second device";
   }

@@ -16,6 +16,7 @@
 
 #include "common/base/system/file.h"
 #include "common/image/io.h"
+#include "tests/folder_test.h"
 #include "tests/worker/dataset/synthetic_archive.h"
 #include "worker/dataset/frame/plain_formats.h"
 #include "worker/dataset/sheets/variant_sheet.h"
@@ -30,24 +31,19 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using Json = nlohmann::json;
 
-class ExportTest : public ::testing::Test {
+class ExportTest : public FolderTest {
  protected:
   void SetUp() override {
-    root_ = ::testing::TempDir() + "export_" +
-            ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(root_);
-    fs::create_directories(root_);
-    dir_ = root_ + "/data";
-    out_ = root_ + "/out";
+    data_ = dir_ + "/data";
+    out_ = dir_ + "/out";
   }
-  void TearDown() override { fs::remove_all(root_); }
 
   absl::StatusOr<ExportResult> Export(ExportOptions options = {}) {
-    return ExportDataset(dir_, out_, options);
+    return ExportDataset(data_, out_, options);
   }
-  std::string Frame(const std::string& rest) { return dir_ + "/a/frames/" + rest; }
+  std::string Frame(const std::string& rest) { return data_ + "/a/frames/" + rest; }
 
-  std::string root_, dir_, out_;
+  std::string data_, out_;
 };
 
 ino_t InodeOf(const std::string& path) {
@@ -56,7 +52,7 @@ ino_t InodeOf(const std::string& path) {
 }
 
 TEST_F(ExportTest, FlyingThingsLinksImagesAndWritesDisparityOfBothEyes) {
-  MakeSyntheticArchive(dir_);
+  MakeSyntheticArchive(data_);
   const auto result = Export();
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_EQ(result->pairs, 6);
@@ -88,9 +84,7 @@ TEST_F(ExportTest, FlyingThingsLinksImagesAndWritesDisparityOfBothEyes) {
 }
 
 TEST_F(ExportTest, SkyAndExteriorOfRoomsAreNoTruthInAnyLayout) {
-  SyntheticArchive archive;
-  archive.sequence = true;
-  MakeSyntheticArchive(dir_, archive);
+  MakeSyntheticArchive(data_, {.sequence = true});
   // The middle of the first frame is said to be seen through a window.
   const int x = 48, y = 40;
   for (const std::string eye : {"left", "right"}) {
@@ -101,7 +95,7 @@ TEST_F(ExportTest, SkyAndExteriorOfRoomsAreNoTruthInAnyLayout) {
     ASSERT_TRUE(WritePng(Frame("000000/000/masks_" + eye + ".png"), masks).ok());
   }
   const auto make = [&](const std::string& layout) {
-    out_ = root_ + "/" + layout;
+    out_ = dir_ + "/" + layout;
     const auto result = Export({.layout = layout});
     EXPECT_TRUE(result.ok()) << result.status();
     return out_ + "/";
@@ -132,16 +126,13 @@ TEST_F(ExportTest, SkyAndExteriorOfRoomsAreNoTruthInAnyLayout) {
 }
 
 TEST_F(ExportTest, FilteredAndUnfilteredAreTwoReadings) {
-  SyntheticArchive archive;
-  archive.last_frame_dark = true;
-  MakeSyntheticArchive(dir_, archive);
+  MakeSyntheticArchive(data_, {.last_frame_dark = true});
   auto result = Export();
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_EQ(result->pairs, 5);
   EXPECT_EQ(result->pairs_filtered_out, 1);
   EXPECT_FALSE(fs::exists(out_ + "/disparity/TEST/A/000002/left/001.pfm"));
-  ExportOptions options;
-  options.unfiltered = true;
+  const ExportOptions options{.unfiltered = true};
   out_ += "2";
   result = Export(options);
   ASSERT_TRUE(result.ok()) << result.status();
@@ -150,7 +141,7 @@ TEST_F(ExportTest, FilteredAndUnfilteredAreTwoReadings) {
 }
 
 TEST_F(ExportTest, WebdatasetShardsNameTheirSplitAndHoldSeedsAsStrings) {
-  MakeSyntheticArchive(dir_);
+  MakeSyntheticArchive(data_);
   // The form of older archives.
   const std::string path = Frame("000000/000/frame.json");
   const std::string older = std::regex_replace(
@@ -158,10 +149,7 @@ TEST_F(ExportTest, WebdatasetShardsNameTheirSplitAndHoldSeedsAsStrings) {
   ASSERT_THAT(older, HasSubstr("{\"scene\":18446744073709551557}"));
   fs::remove(path);
   ASSERT_TRUE(WriteFile(path, older).ok());
-  ExportOptions options;
-  options.layout = "webdataset";
-  options.shard_pairs = 3;
-  const auto result = Export(options);
+  const auto result = Export({.layout = "webdataset", .shard_pairs = 3});
   ASSERT_TRUE(result.ok()) << result.status();
   std::set<std::string> files;
   for (const auto& entry : fs::directory_iterator(out_)) files.insert(entry.path().filename());
@@ -179,29 +167,23 @@ TEST_F(ExportTest, WebdatasetShardsNameTheirSplitAndHoldSeedsAsStrings) {
 }
 
 TEST_F(ExportTest, WebdatasetOfSequencesHasARowForEachThingThatMoves) {
-  SyntheticArchive archive;
-  archive.sequence = true;
-  MakeSyntheticArchive(dir_, archive);
-  ExportOptions options;
-  options.layout = "webdataset";
-  ASSERT_TRUE(Export(options).ok());
+  MakeSyntheticArchive(data_, {.sequence = true});
+  ASSERT_TRUE(Export({.layout = "webdataset"}).ok());
   const std::string shard = *ReadFile(out_ + "/train-000000.tar");
   EXPECT_THAT(shard, HasSubstr("\"moving\":[{\"index\":3,\"pose\":[["));
   EXPECT_THAT(shard, HasSubstr("{\"index\":4,\"pose\":[["));
 }
 
 TEST_F(ExportTest, InfraredPicturesAreThePairWhereTheDatasetHasThem) {
-  MakeSyntheticArchive(dir_);
-  ExportOptions options;
-  options.infrared = true;
+  MakeSyntheticArchive(data_);
+  ExportOptions options{.infrared = true};
   auto result = Export(options);
   EXPECT_EQ(result.status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(result.status().message()), HasSubstr("no infrared pictures"));
-  SyntheticArchive archive;
-  archive.extras = true;
+  SyntheticArchive archive{.extras = true};
   archive.sequence = true;  // All layouts take sequences.
-  MakeSyntheticArchive(dir_, archive);
-  EXPECT_EQ(VerifyDataset(dir_)->findings_total, 0);
+  MakeSyntheticArchive(data_, archive);
+  EXPECT_EQ(VerifyDataset(data_)->findings_total, 0);
   for (const std::string& layout : ExportLayouts()) {
     SCOPED_TRACE(layout);
     options.layout = layout;
@@ -230,21 +212,18 @@ std::set<std::string> PicturesLinked(const std::string& out, const std::string& 
 }
 
 TEST_F(ExportTest, LayoutsThatLinkPicturesLinkTheInfraredOnes) {
-  SyntheticArchive archive;
-  archive.extras = true;
+  SyntheticArchive archive{.extras = true};
   archive.sequence = true;  // All layouts take sequences.
-  MakeSyntheticArchive(dir_, archive);
+  MakeSyntheticArchive(data_, archive);
   const std::set<std::string> others = {"fsd", "crestereo", "webdataset"};  // They link nothing.
   for (const std::string& layout : ExportLayouts()) {
     if (others.contains(layout)) continue;
     SCOPED_TRACE(layout);
     for (const bool infrared : {false, true}) {
-      ExportOptions options;
-      options.layout = layout;
-      options.infrared = infrared;
+      const ExportOptions options{.layout = layout, .infrared = infrared};
       fs::remove_all(out_);
       ASSERT_TRUE(Export(options).ok());
-      std::set<std::string> linked = PicturesLinked(out_, dir_);
+      std::set<std::string> linked = PicturesLinked(out_, data_);
       linked.erase("objects_left.png");
       linked.erase("objects_right.png");
       if (infrared) {
@@ -257,9 +236,7 @@ TEST_F(ExportTest, LayoutsThatLinkPicturesLinkTheInfraredOnes) {
 }
 
 TEST_F(ExportTest, ADamagedFrameJsonEndsItWithItsFolderAndNothingWritten) {
-  SyntheticArchive archive;
-  archive.sequence = true;
-  MakeSyntheticArchive(dir_, archive);
+  MakeSyntheticArchive(data_, {.sequence = true});
   const std::string path = Frame("000001/001/frame.json");
   const Json whole = Json::parse(*ReadFile(path));
   const auto damage = [&](const Json& json) {
@@ -268,13 +245,11 @@ TEST_F(ExportTest, ADamagedFrameJsonEndsItWithItsFolderAndNothingWritten) {
   };
   const auto expect_damaged = [&](const std::string& layout) {
     SCOPED_TRACE(layout);
-    ExportOptions options;
-    options.layout = layout;
-    const auto result = Export(options);
+    const auto result = Export({.layout = layout});
     EXPECT_EQ(result.status().code(), absl::StatusCode::kDataLoss) << result.status();
     EXPECT_THAT(std::string(result.status().message()), HasSubstr("000001/001/frame.json"));
     EXPECT_FALSE(fs::exists(out_));
-    EXPECT_FALSE(fs::exists(root_ + "/.out.partial"));
+    EXPECT_FALSE(fs::exists(dir_ + "/.out.partial"));
   };
   Json damaged = whole;
   damaged["intrinsics"]["fx"] = "wide";
@@ -293,12 +268,8 @@ TEST_F(ExportTest, ADamagedFrameJsonEndsItWithItsFolderAndNothingWritten) {
 }
 
 TEST_F(ExportTest, DynamicReplicasTestScenesAreValidToo) {
-  SyntheticArchive archive;
-  archive.sequence = true;
-  MakeSyntheticArchive(dir_, archive);
-  ExportOptions options;
-  options.layout = "dynamic-replica";
-  ASSERT_TRUE(Export(options).ok());
+  MakeSyntheticArchive(data_, {.sequence = true});
+  ASSERT_TRUE(Export({.layout = "dynamic-replica"}).ok());
   for (const char* split : {"train", "test", "valid"}) {
     EXPECT_TRUE(fs::exists(out_ + "/" + split + "/frame_annotations_" + split + ".jgz")) << split;
   }
@@ -306,11 +277,8 @@ TEST_F(ExportTest, DynamicReplicasTestScenesAreValidToo) {
 }
 
 TEST_F(ExportTest, DynamicReplicaNotesShortTestsAndRefusesChangingBaselines) {
-  SyntheticArchive archive;
-  archive.sequence = true;
-  MakeSyntheticArchive(dir_, archive);
-  ExportOptions options;
-  options.layout = "dynamic-replica";
+  MakeSyntheticArchive(data_, {.sequence = true});
+  ExportOptions options{.layout = "dynamic-replica"};
   auto result = Export(options);
   ASSERT_TRUE(result.ok()) << result.status();
   ASSERT_EQ(result->notes.size(), 1u);
@@ -329,9 +297,7 @@ TEST_F(ExportTest, DynamicReplicaNotesShortTestsAndRefusesChangingBaselines) {
 }
 
 TEST_F(ExportTest, PicturesThatAreCutOffAreHoles) {
-  SyntheticArchive archive;
-  archive.extras = true;
-  MakeSyntheticArchive(dir_, archive);
+  MakeSyntheticArchive(data_, {.extras = true});
   for (const char* name : {"right.png", "infrared_left.png"}) {
     SCOPED_TRACE(name);
     const std::string path = Frame(std::string("000001/000/") + name);
@@ -339,16 +305,13 @@ TEST_F(ExportTest, PicturesThatAreCutOffAreHoles) {
     for (const size_t size : {whole.size() - 1, size_t{5}}) {
       fs::remove(path);  // A link: the store's file stays whole.
       ASSERT_TRUE(WriteFile(path, whole.substr(0, size)).ok());
-      ExportOptions options;
-      options.infrared = true;
-      EXPECT_THAT(std::string(Export(options).status().message()), HasSubstr("is cut off"));
+      EXPECT_THAT(std::string(Export({.infrared = true}).status().message()),
+                  HasSubstr("is cut off"));
       EXPECT_FALSE(fs::exists(out_));
     }
     fs::remove(path);
     ASSERT_TRUE(WriteFile(path, whole + "abc").ok());
-    ExportOptions options;
-    options.infrared = true;
-    EXPECT_THAT(std::string(Export(options).status().message()),
+    EXPECT_THAT(std::string(Export({.infrared = true}).status().message()),
                 HasSubstr(std::string(name) + " has 3 bytes behind its end"));
     ASSERT_TRUE(WriteFile(path, whole).ok());
   }
@@ -361,41 +324,36 @@ TEST_F(ExportTest, RefusesHolesAndLeavesNothingBehind) {
     EXPECT_THAT(std::string(result.status().message()), HasSubstr(what));
     EXPECT_FALSE(fs::exists(out_));
   };
-  MakeSyntheticArchive(dir_);
+  MakeSyntheticArchive(data_);
   fs::remove(Frame("000001/000/disparity_right.exr"));
   expect_refused("000001/000/disparity_right.exr is missing");
-  MakeSyntheticArchive(dir_);
+  MakeSyntheticArchive(data_);
   fs::remove_all(Frame("000001/000"));
   expect_refused("000001/000");
-  MakeSyntheticArchive(dir_);
+  MakeSyntheticArchive(data_);
   fs::copy(Frame("000001/000"), Frame("000001/007"));
   expect_refused("000001/007: not in the index");
-  SyntheticArchive archive;
-  archive.last_frame_missing = true;
-  MakeSyntheticArchive(dir_, archive);
+  MakeSyntheticArchive(data_, {.last_frame_missing = true});
   expect_refused("has 5 of 6 pairs");
-  ExportOptions options;
-  options.allow_incomplete = true;
+  const ExportOptions options{.allow_incomplete = true};
   EXPECT_TRUE(Export(options).ok());
   // And what is there already.
   EXPECT_EQ(Export(options).status().code(), absl::StatusCode::kFailedPrecondition);
 }
 
 TEST_F(ExportTest, ABrokenMapEndsItWithNothingWritten) {
-  MakeSyntheticArchive(dir_);
+  MakeSyntheticArchive(data_);
   fs::remove(Frame("000000/000/disparity_left.exr"));  // A link: the store's file stays whole.
   std::ofstream(Frame("000000/000/disparity_left.exr")) << "not EXR";
   const auto result = Export();
   EXPECT_FALSE(result.ok());
   EXPECT_THAT(std::string(result.status().message()), HasSubstr("000000/000"));
   EXPECT_FALSE(fs::exists(out_));
-  EXPECT_FALSE(fs::exists(root_ + "/.out.partial"));
+  EXPECT_FALSE(fs::exists(dir_ + "/.out.partial"));
 }
 
 TEST_F(ExportTest, VariantsOfOneSceneFallIntoOneSplitAndHaveSafeNames) {
-  SyntheticArchive archive;
-  archive.variants = {"left-handed", "plain"};
-  MakeSyntheticArchive(dir_, archive);
+  MakeSyntheticArchive(data_, {.variants = {"left-handed", "plain"}});
   ExportOptions options;
   auto result = Export(options);
   ASSERT_TRUE(result.ok()) << result.status();
@@ -418,9 +376,7 @@ TEST_F(ExportTest, VariantsOfOneSceneFallIntoOneSplitAndHaveSafeNames) {
 }
 
 TEST_F(ExportTest, HeldoutPairsAreExportedOnlyWhereTheyAreNamed) {
-  SyntheticArchive archive;
-  archive.variants = {"a", "heldout"};
-  MakeSyntheticArchive(dir_, archive);
+  MakeSyntheticArchive(data_, {.variants = {"a", "heldout"}});
   auto result = Export();
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_EQ(result->pairs, 6);
@@ -428,8 +384,7 @@ TEST_F(ExportTest, HeldoutPairsAreExportedOnlyWhereTheyAreNamed) {
   ASSERT_EQ(result->notes.size(), 1u);
   EXPECT_THAT(result->notes[0], HasSubstr("heldout are left out"));
   for (const std::string name : {"heldout", "*"}) {
-    ExportOptions options;
-    options.variants = {name};
+    const ExportOptions options{.variants = {name}};
     fs::remove_all(out_);
     result = Export(options);
     ASSERT_TRUE(result.ok()) << result.status();
@@ -437,16 +392,14 @@ TEST_F(ExportTest, HeldoutPairsAreExportedOnlyWhereTheyAreNamed) {
     EXPECT_TRUE(result->notes.empty());
   }
   fs::remove_all(out_);
-  result = ExportDataset(dir_ + "/heldout", out_, {});
+  result = ExportDataset(data_ + "/heldout", out_, {});
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_EQ(result->pairs, 6);
-  EXPECT_EQ(VerifyDataset(dir_)->frames, 12) << "verify looks at all";
+  EXPECT_EQ(VerifyDataset(data_)->frames, 12) << "verify looks at all";
 }
 
 TEST_F(ExportTest, OneSceneGivesItsLastPairToTestAndSaysSo) {
-  SyntheticArchive archive;
-  archive.scenes = 1;
-  MakeSyntheticArchive(dir_, archive);
+  MakeSyntheticArchive(data_, {.scenes = 1});
   const auto result = Export();
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_EQ(result->pairs_test, 1);
@@ -457,11 +410,10 @@ TEST_F(ExportTest, OneSceneGivesItsLastPairToTestAndSaysSo) {
 TEST_F(ExportTest, EveryLayoutIsWholeAndAChangedFileIsFound) {
   SyntheticArchive archive;
   archive.sequence = true;  // All layouts take sequences.
-  MakeSyntheticArchive(dir_, archive);
+  MakeSyntheticArchive(data_, archive);
   for (const std::string& layout : ExportLayouts()) {
-    ExportOptions options;
-    options.layout = layout;
-    out_ = root_ + "/" + layout;
+    const ExportOptions options{.layout = layout};
+    out_ = dir_ + "/" + layout;
     ASSERT_TRUE(Export(options).ok()) << layout;
     auto verified = VerifyDataset(out_);
     ASSERT_TRUE(verified.ok()) << verified.status();
@@ -472,24 +424,17 @@ TEST_F(ExportTest, EveryLayoutIsWholeAndAChangedFileIsFound) {
     verified = VerifyDataset(out_);
     EXPECT_EQ(verified->findings_total, 2) << layout;
   }
-  ExportOptions options;
-  options.layout = "tfrecord";
-  EXPECT_EQ(Export(options).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Export({.layout = "tfrecord"}).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
 TEST_F(ExportTest, VariantSheetShowsEachVariantOnceForEachPair) {
-  SyntheticArchive archive;
-  archive.variants = {"a", "b", "c"};
-  archive.scenes = 1;
-  MakeSyntheticArchive(dir_, archive);
-  VariantSheetOptions options;
-  options.tile_width_px = 96;
-  const auto result = MakeVariantSheet(dir_, root_ + "/sheet.png", options);
+  MakeSyntheticArchive(data_, {.variants = {"a", "b", "c"}, .scenes = 1});
+  const auto result = MakeVariantSheet(data_, dir_ + "/sheet.png", {.tile_width_px = 96});
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_EQ(result->pairs, 2);
   EXPECT_EQ(result->variants, (std::vector<std::string>{"a", "b", "c"}));
-  EXPECT_GT(ReadPngRgb8(root_ + "/sheet.png")->width(), 3 * 96);
-  EXPECT_FALSE(MakeVariantSheet(dir_ + "/a", root_ + "/x.png").ok());
+  EXPECT_GT(ReadPngRgb8(dir_ + "/sheet.png")->width(), 3 * 96);
+  EXPECT_FALSE(MakeVariantSheet(data_ + "/a", dir_ + "/x.png").ok());
 }
 
 TEST(PlainFormats, NpyHeaderIsAMultipleOf64AndTellsTheShape) {

@@ -12,6 +12,7 @@
 #include "common/config/frame_files.h"
 #include "common/image/io.h"
 #include "common/math/proto.h"
+#include "tests/folder_test.h"
 #include "tests/worker/dataset/synthetic_scene.h"
 #include "worker/dataset/frame/frame_json.h"
 
@@ -23,15 +24,9 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Json = nlohmann::json;
 
-class FrameWriterTest : public ::testing::Test {
+class FrameWriterTest : public FolderTest {
  protected:
-  void SetUp() override {
-    dir_ = ::testing::TempDir() + "frame_writer_" +
-           ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(dir_);
-    frame_ = RenderSyntheticFrame(scene_, scene_.rigs(1));
-  }
-  void TearDown() override { fs::remove_all(dir_); }
+  void SetUp() override { frame_ = RenderSyntheticFrame(scene_, scene_.rigs(1)); }
 
   absl::StatusOr<v1::FrameResult> Write(const std::string& dir, CancelToken cancel = {}) {
     return WriteFrame({.scene = scene_,
@@ -47,7 +42,6 @@ class FrameWriterTest : public ::testing::Test {
   v1::SceneConfig config_ = DefaultSceneConfig();
   v1::Scene scene_ = MakeSyntheticScene();
   StereoFrame frame_;
-  std::string dir_;
 };
 
 std::vector<std::string> NamesIn(const std::string& dir) {

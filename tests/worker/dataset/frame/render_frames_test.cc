@@ -7,6 +7,7 @@
 
 #include "common/base/status.h"
 #include "common/config/config.h"
+#include "tests/folder_test.h"
 #include "tests/worker/dataset/synthetic_scene.h"
 
 namespace parallax {
@@ -41,17 +42,13 @@ class FakeRenderer final : public Renderer {
   Log* log_;
 };
 
-class RenderFramesTest : public ::testing::Test {
+class RenderFramesTest : public FolderTest {
  protected:
   void SetUp() override {
-    dir_ = ::testing::TempDir() + "render_frames_" +
-           ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(dir_);
     *job_.mutable_scene() = MakeSyntheticScene(4, 64, 36);
     *job_.mutable_render() = DefaultSceneConfig().render();
     for (uint32_t rig : {2, 0, 3}) job_.add_rigs(rig);
   }
-  void TearDown() override { fs::remove_all(dir_); }
 
   absl::StatusOr<v1::RenderResult> Run() {
     const RenderJobContext context{.attempt_dir = dir_ + "/key/.attempt-7",
@@ -67,7 +64,6 @@ class RenderFramesTest : public ::testing::Test {
     return RenderFrames(job_, context, factory, cache_);
   }
 
-  std::string dir_;
   v1::RenderJob job_;
   Log log_;
   RendererCache cache_;

@@ -10,6 +10,7 @@
 #include "common/config/config.h"
 #include "common/config/sensor_presets.h"
 #include "common/image/io.h"
+#include "tests/folder_test.h"
 #include "tests/worker/dataset/synthetic_archive.h"
 #include "tests/worker/dataset/synthetic_scene.h"
 #include "worker/dataset/archive/archive.h"
@@ -25,13 +26,9 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using Json = nlohmann::ordered_json;
 
-class SensorStageTest : public ::testing::Test {
+class SensorStageTest : public FolderTest {
  protected:
   void SetUp() override {
-    root_ = ::testing::TempDir() + "sensor_" +
-            ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(root_);
-    fs::create_directories(root_);
     study_ = *ParseStudy(
         "study: s\npairs: 2\nrigs_per_scene: 2\n"
         "variants: [{name: a, set: {rigs: {count: 2}, render: {keep_hdr: true}}}]\n",
@@ -39,7 +36,6 @@ class SensorStageTest : public ::testing::Test {
     // Frames in the form of a render job's result; no test renders again.
     for (uint32_t rig = 0; rig < 2; ++rig) frames_.push_back(Publish(rig));
   }
-  void TearDown() override { fs::remove_all(root_); }
 
   v1::PublishedFrame Publish(uint32_t rig) {
     StereoFrame frame = RenderSyntheticFrame(scene_, scene_.rigs(static_cast<int>(rig)));
@@ -51,7 +47,7 @@ class SensorStageTest : public ::testing::Test {
                                               .rig = scene_.rigs(static_cast<int>(rig)),
                                               .frame = frame,
                                               .render = study_.variants(0).config().render(),
-                                              .dir = root_ + "/store/" + path,
+                                              .dir = dir_ + "/store/" + path,
                                               .store_path = path});
     return published;
   }
@@ -59,26 +55,25 @@ class SensorStageTest : public ::testing::Test {
   // One run that ends in `out` with this sensor.
   ArchiveWriter::Totals Run(const std::string& preset) {
     TakeSensorPreset(preset, study_.mutable_variants(0)->mutable_config()->mutable_sensor());
-    auto archive = ArchiveWriter::Open(root_ + "/out", study_);
+    auto archive = ArchiveWriter::Open(dir_ + "/out", study_);
     EXPECT_TRUE(archive.ok()) << archive.status();
     for (const auto& frame : frames_) {
-      const absl::Status status = (*archive)->AddFrame(frame, root_ + "/store");
+      const absl::Status status = (*archive)->AddFrame(frame, dir_ + "/store");
       EXPECT_TRUE(status.ok()) << status;
     }
     EXPECT_TRUE((*archive)->Finish().ok());
     return (*archive)->totals();
   }
   std::string Bytes(const std::string& name) const {
-    return *ReadFile(root_ + "/out/a/frames/000000/000/" + name);
+    return *ReadFile(dir_ + "/out/a/frames/000000/000/" + name);
   }
   std::string Stored(const std::string& name) const {
-    return *ReadFile(root_ + "/store/aa/.attempt-7/000/" + name);
+    return *ReadFile(dir_ + "/store/aa/.attempt-7/000/" + name);
   }
 
   v1::Scene scene_ = MakeSyntheticScene(2, 96, 54);
   v1::StudySpec study_;
   std::vector<v1::PublishedFrame> frames_;
-  std::string root_;
 };
 
 TEST_F(SensorStageTest, OffLeavesEveryByteAsRendered) {
@@ -100,7 +95,7 @@ TEST_F(SensorStageTest, MakesPicturesOfKeptLightAndLeavesTheTruth) {
   EXPECT_EQ(json["sensor"]["preset"], "webcam");
   EXPECT_NE(json["sensor"]["exposure_ev"][0], json["sensor"]["exposure_ev"][1]);
   EXPECT_EQ(json["statistics"], Json::parse(Stored("frame.json"))["statistics"]);
-  const auto verified = VerifyDataset(root_ + "/out", {});
+  const auto verified = VerifyDataset(dir_ + "/out", {});
   ASSERT_TRUE(verified.ok()) << verified.status();
   for (const Finding& f : verified->findings) {
     if (f.check != "recipe" && f.check != "occlusion")
@@ -116,7 +111,7 @@ TEST_F(SensorStageTest, ShakenRigsBlurTheirPicturesAndSayTheirMotion) {
   sensor.mutable_exposure_ms()->set_constant(40);
   sensor.mutable_shake_deg_s()->set_constant(200);
   const auto made = MakeSensorFiles(sensor, "key", [&](const std::string& name) {
-    return root_ + "/store/aa/.attempt-7/000/" + name;
+    return dir_ + "/store/aa/.attempt-7/000/" + name;
   });
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_NE(made->at("left.png"), sharp);
@@ -124,18 +119,18 @@ TEST_F(SensorStageTest, ShakenRigsBlurTheirPicturesAndSayTheirMotion) {
   EXPECT_EQ(told["exposure_ms"], 40);
   const auto turn = told["shake_rad_s"].get<std::array<double, 3>>();
   EXPECT_NEAR(std::hypot(turn[0], turn[1], turn[2]), 3.4907, 1e-4);
-  fs::create_directories(root_ + "/again");
+  fs::create_directories(dir_ + "/again");
   for (const char* name : {"hdr_left.exr", "hdr_right.exr", "depth_left.exr", "depth_right.exr"}) {
-    fs::copy(root_ + "/store/aa/.attempt-7/000/" + name, root_ + "/again/" + name);
+    fs::copy(dir_ + "/store/aa/.attempt-7/000/" + name, dir_ + "/again/" + name);
   }
-  const auto repeated = RepeatSensor(Json::parse(made->at("frame.json")), root_ + "/again");
+  const auto repeated = RepeatSensor(Json::parse(made->at("frame.json")), dir_ + "/again");
   ASSERT_TRUE(repeated.ok()) << repeated.status();
   EXPECT_EQ(*EncodePng(repeated->left), made->at("left.png"));
 }
 
 // Pairs with one left eye have one left picture.
 TEST_F(SensorStageTest, PairsThatShareALeftEyeHaveOneLeftPicture) {
-  const std::string stored = root_ + "/store/aa/.attempt-7/000/";
+  const std::string stored = dir_ + "/store/aa/.attempt-7/000/";
   v1::SensorConfig sensor;
   TakeSensorPreset("webcam", &sensor);
   std::vector<std::map<std::string, std::string>> made;
@@ -143,9 +138,9 @@ TEST_F(SensorStageTest, PairsThatShareALeftEyeHaveOneLeftPicture) {
     Json json = Json::parse(Stored("frame.json"));
     json["rig"] = rig;
     json["left_rig"] = 4;
-    ASSERT_TRUE(WriteFile(root_ + "/frame.json", json.dump()).ok());
+    ASSERT_TRUE(WriteFile(dir_ + "/frame.json", json.dump()).ok());
     const auto files = MakeSensorFiles(sensor, "key", [&](const std::string& name) {
-      return name == "frame.json" ? root_ + "/frame.json" : stored + name;
+      return name == "frame.json" ? dir_ + "/frame.json" : stored + name;
     });
     ASSERT_TRUE(files.ok()) << files.status();
     made.push_back(*files);
@@ -175,7 +170,7 @@ TEST_F(SensorStageTest, AnotherSensorOnAFinishedDatasetReplacesOnlyPictures) {
 TEST_F(SensorStageTest, PicturesThatWereDamagedAreMadeAnew) {
   Run("phone");
   const std::string before = Bytes("right.png");
-  const std::string path = root_ + "/out/a/frames/000000/000/right.png";
+  const std::string path = dir_ + "/out/a/frames/000000/000/right.png";
   ASSERT_TRUE(WriteFile(path, before.substr(0, before.size() - 1) + "x").ok());
   const ArchiveWriter::Totals totals = Run("phone");
   EXPECT_EQ(totals.frames_replaced, 1);
@@ -183,11 +178,11 @@ TEST_F(SensorStageTest, PicturesThatWereDamagedAreMadeAnew) {
 }
 
 TEST_F(SensorStageTest, AFrameWithoutKeptLightSaysWhatIsMissing) {
-  fs::remove(root_ + "/store/aa/.attempt-7/000/hdr_left.exr");
+  fs::remove(dir_ + "/store/aa/.attempt-7/000/hdr_left.exr");
   v1::SensorConfig sensor;
   TakeSensorPreset("industrial", &sensor);
   const auto made = MakeSensorFiles(sensor, "key", [&](const std::string& name) {
-    return root_ + "/store/aa/.attempt-7/000/" + name;
+    return dir_ + "/store/aa/.attempt-7/000/" + name;
   });
   EXPECT_EQ(made.status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(made.status().message()), HasSubstr("render.keep_hdr"));
@@ -210,24 +205,14 @@ TEST_F(SensorStageTest, TheKeyFollowsSensorAndLight) {
   EXPECT_NE(SensorKey(sensor, frames_[0].frame().files()), key);
 }
 
-class VerifyLightTest : public ::testing::Test {
+class VerifyLightTest : public FolderTest {
  protected:
   void Make(const std::string& sensor) {
-    // Each test has a folder of its own, because ctest runs several at once.
-    dir_ = ::testing::TempDir() + "verify_light_" +
-           ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    MakeSyntheticArchive(dir_, {.scenes = 1, .rigs = 1, .keep_hdr = true, .sensor = sensor});
-    frame_ = dir_ + "/a/frames/000000/000";
-  }
-  void TearDown() override {
-    fs::remove_all(dir_);
-    fs::remove_all(dir_ + ".store");
+    MakeSyntheticArchive(data_, {.scenes = 1, .rigs = 1, .keep_hdr = true, .sensor = sensor});
   }
   std::vector<std::string> Checks() {
     std::vector<std::string> checks;
-    VerifyOptions options;
-    options.hashes = false;
-    const auto result = VerifyDataset(dir_, options);
+    const auto result = VerifyDataset(data_, {.hashes = false});
     EXPECT_TRUE(result.ok()) << result.status();
     for (const Finding& f : result->findings) checks.push_back(f.check);
     return checks;
@@ -236,7 +221,7 @@ class VerifyLightTest : public ::testing::Test {
     fs::remove(frame_ + "/" + name);  // Not through a hard link.
     ASSERT_TRUE(WriteFile(frame_ + "/" + name, bytes).ok());
   }
-  std::string dir_, frame_;
+  const std::string data_ = dir_ + "/data", frame_ = data_ + "/a/frames/000000/000";
 };
 
 TEST_F(VerifyLightTest, RenderedPicturesAreComparedWithTheirLight) {

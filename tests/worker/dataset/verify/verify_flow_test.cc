@@ -5,12 +5,11 @@
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
-#include "common/base/hash.h"
 #include "common/base/system/file.h"
 #include "common/image/io.h"
 #include "parallax/v1/scene.pb.h"
+#include "tests/folder_test.h"
 #include "tests/worker/dataset/synthetic_archive.h"
 #include "worker/dataset/export/export.h"
 #include "worker/dataset/verify/verify.h"
@@ -26,25 +25,12 @@ using ::testing::Not;
 using ::testing::StartsWith;
 using Json = nlohmann::ordered_json;
 
-class VerifyFlowTest : public ::testing::Test {
+class VerifyFlowTest : public FolderTest {
  protected:
-  void SetUp() override {
-    root_ = ::testing::TempDir() + "verify_flow_" +
-            ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(root_);
-    fs::create_directories(root_);
-    dir_ = root_ + "/data";
-    SyntheticArchive archive;
-    archive.scenes = 2;
-    archive.rigs = 4;
-    archive.sequence = true;
-    MakeSyntheticArchive(dir_, archive);
-    frame_ = dir_ + "/a/frames/000000/001";
-  }
-  void TearDown() override { fs::remove_all(root_); }
+  void SetUp() override { MakeSyntheticArchive(data_, {.scenes = 2, .rigs = 4, .sequence = true}); }
 
   std::vector<std::string> Messages() {
-    const auto result = VerifyDataset(dir_);
+    const auto result = VerifyDataset(data_);
     EXPECT_TRUE(result.ok()) << result.status();
     std::vector<std::string> messages;
     for (const Finding& finding : result->findings) {
@@ -54,22 +40,7 @@ class VerifyFlowTest : public ::testing::Test {
     return messages;
   }
 
-  // Puts other bytes in place of a file of scene 0, rig 1 and makes the index agree.
-  void Forge(const std::string& name, const std::string& bytes) {
-    fs::remove(frame_ + "/" + name);
-    ASSERT_TRUE(WriteFile(frame_ + "/" + name, bytes).ok());
-    const std::string index = dir_ + "/a/index.jsonl";
-    std::string text;
-    std::istringstream in(*ReadFile(index));
-    for (std::string line; std::getline(in, line);) {
-      Json json = Json::parse(line);
-      if (json["rig"] == 1 && json["scene"] == 0) json["files"][name] = Sha256Hex(bytes);
-      text += json.dump() + "\n";
-    }
-    ASSERT_TRUE(WriteFile(index, text).ok());
-  }
-
-  std::string root_, dir_, frame_;
+  const std::string data_ = dir_ + "/data", frame_ = data_ + "/a/frames/000000/001";
 };
 
 TEST_F(VerifyFlowTest, ASequenceAsItWasWrittenIsInOrder) { EXPECT_THAT(Messages(), IsEmpty()); }
@@ -80,10 +51,10 @@ TEST_F(VerifyFlowTest, AFlowThatIsOffAHundredthOfAPixelIsFound) {
       const std::string whole = *ReadFile(frame_ + "/" + name);
       ImageF3 flow = *DecodeExrRgb(whole);
       flow(40, 30, channel) += 0.01f;
-      Forge(name, *EncodeExrRgb(flow));
+      ForgeFile(data_, name, *EncodeExrRgb(flow));
       EXPECT_THAT(Messages(), Contains(HasSubstr(std::string("flow ") + name + ": (40, 30)")))
           << channel;
-      Forge(name, whole);
+      ForgeFile(data_, name, whole);
     }
   }
   EXPECT_THAT(Messages(), IsEmpty());
@@ -95,22 +66,20 @@ TEST_F(VerifyFlowTest, OcclusionThatTheNeighbourDoesNotShowIsFound) {
   for (int y = 5; y < 30; ++y) {
     for (int x = 20; x < 50; ++x) mask(x, y) = static_cast<uint8_t>(255 - mask(x, y));
   }
-  Forge(name, *EncodePng(mask));
+  ForgeFile(data_, name, *EncodePng(mask));
   EXPECT_THAT(Messages(), Contains(HasSubstr("judged otherwise by the neighbour's depth")));
   mask(3, 4) = 7;
-  Forge(name, *EncodePng(mask));
+  ForgeFile(data_, name, *EncodePng(mask));
   EXPECT_THAT(Messages(), Contains(HasSubstr("(3, 4): 7, wanted 0, 128 or 255")));
 }
 
 // At so small a size, edges are a large part of all pixels.
 TEST_F(VerifyFlowTest, OcclusionOfASmallSequenceIsInOrder) {
-  SyntheticArchive archive;
-  archive.rigs = 4;
-  archive.sequence = true;
+  SyntheticArchive archive{.rigs = 4, .sequence = true};
   for (const int width_px : {24, 40, 64}) {
     archive.width_px = width_px;
     archive.height_px = width_px * 9 / 16;
-    MakeSyntheticArchive(dir_, archive);
+    MakeSyntheticArchive(data_, archive);
     EXPECT_THAT(Messages(), Not(Contains(StartsWith("flow ")))) << width_px;
   }
 }
@@ -120,15 +89,15 @@ TEST_F(VerifyFlowTest, AMotionThatIsNotThatOfThePosesIsFound) {
     Json json = Json::parse(*ReadFile(frame_ + "/frame.json"));
     const std::string whole = json.dump();
     json["motion"][field][1] = json["motion"][field][1].get<double>() + 1e-3;
-    Forge("frame.json", json.dump());
+    ForgeFile(data_, "frame.json", json.dump());
     EXPECT_THAT(Messages(), Contains(HasSubstr("not that of the recipe's poses"))) << field;
-    Forge("frame.json", whole);
+    ForgeFile(data_, "frame.json", whole);
   }
   EXPECT_THAT(Messages(), IsEmpty());
 }
 
 TEST_F(VerifyFlowTest, ARecipeWhoseThingsMoveOtherwiseIsFound) {
-  const std::string path = dir_ + "/a/scenes/000000.pb";
+  const std::string path = data_ + "/a/scenes/000000.pb";
   v1::Scene scene;
   ASSERT_TRUE(scene.ParseFromString(*ReadFile(path)));
   scene.mutable_objects(3)->mutable_motion()->mutable_velocity_mps()->set_y(0.4);
@@ -142,32 +111,26 @@ TEST_F(VerifyFlowTest, FrameJsonThatNamesAnotherNeighbourIsFound) {
   Json json = Json::parse(*ReadFile(frame_ + "/frame.json"));
   EXPECT_EQ(json["sequence"]["next"], 2);
   json["sequence"]["next"] = 3;
-  Forge("frame.json", json.dump());
+  ForgeFile(data_, "frame.json", json.dump());
   EXPECT_THAT(Messages(), Contains(HasSubstr("sequence is")));
 }
 
 TEST_F(VerifyFlowTest, AnExportCutsASequenceWhereAFrameIsFilteredOut) {
-  const std::string index = dir_ + "/a/index.jsonl";
-  std::string text;
-  std::istringstream in(*ReadFile(index));
-  for (std::string line; std::getline(in, line);) {
-    Json json = Json::parse(line);
-    if (json["scene"] == 0 && json["rig"] == 1) json["passed"] = false;
-    text += json.dump() + "\n";
-  }
-  ASSERT_TRUE(WriteFile(index, text).ok());
-  const auto result = ExportDataset(dir_, root_ + "/out", {.layout = "sintel"});
+  ChangeIndex(data_, [](Json& line) {
+    if (line["scene"] == 0 && line["rig"] == 1) line["passed"] = false;
+  });
+  const auto result = ExportDataset(data_, dir_ + "/out", {.layout = "sintel"});
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_EQ(result->pairs, 2 + 4);  // Frame 0 has no neighbour any more.
   EXPECT_THAT(result->notes, Contains(HasSubstr("1 pairs of a have no neighbour")));
-  EXPECT_TRUE(fs::exists(root_ + "/out/Sintel/training/flow/000000-p1-r1/frame_0001.flo"));
-  EXPECT_FALSE(fs::exists(root_ + "/out/Sintel/training/flow/000000-p1-r1/frame_0002.flo"));
+  EXPECT_TRUE(fs::exists(dir_ + "/out/Sintel/training/flow/000000-p1-r1/frame_0001.flo"));
+  EXPECT_FALSE(fs::exists(dir_ + "/out/Sintel/training/flow/000000-p1-r1/frame_0002.flo"));
 }
 
 TEST_F(VerifyFlowTest, ADatasetWithoutSequencesIsRefusedByTheirLayouts) {
-  MakeSyntheticArchive(root_ + "/single");
+  MakeSyntheticArchive(dir_ + "/single");
   for (const char* layout : {"flyingthings-flow", "sintel", "dynamic-replica"}) {
-    const auto result = ExportDataset(root_ + "/single", root_ + "/out", {.layout = layout});
+    const auto result = ExportDataset(dir_ + "/single", dir_ + "/out", {.layout = layout});
     EXPECT_EQ(result.status().code(), absl::StatusCode::kFailedPrecondition);
     EXPECT_THAT(std::string(result.status().message()), HasSubstr("belongs to no sequence"));
   }

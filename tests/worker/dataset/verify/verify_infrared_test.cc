@@ -4,17 +4,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "common/image/io.h"
+#include "tests/folder_test.h"
 #include "tests/worker/render/render_frame.h"
 
 namespace parallax {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using Json = nlohmann::ordered_json;
@@ -34,13 +33,9 @@ TestScene WallWithBox(bool box) {
   return scene;
 }
 
-class VerifyInfraredTest : public ::testing::Test {
+class VerifyInfraredTest : public FolderTest {
  protected:
   void SetUp() override {
-    dir_ = ::testing::TempDir() + "verify_infrared_" +
-           ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(dir_);
-    fs::create_directories(dir_);
     rig_ = test::MakeRig({0, 0, 0}, {0, 1, 0}, 320, 240, 260, 0.3);
     v1::Projector& projector = *rig_.mutable_projector();
     projector.set_place_m(0.15);
@@ -51,7 +46,6 @@ class VerifyInfraredTest : public ::testing::Test {
     projector.set_dot_rad(0.3 * std::numbers::pi / 180);
     projector.set_seed(3);
   }
-  void TearDown() override { fs::remove_all(dir_); }
 
   StereoFrame Render(bool box) const {
     v1::RenderConfig config = MakeConfig(2, 1, /*denoise=*/false);
@@ -81,12 +75,9 @@ class VerifyInfraredTest : public ::testing::Test {
             {"vertical_fov_rad", p.vertical_fov_rad()},
             {"dot_rad", p.dot_rad()},
             {"seed", std::to_string(p.seed())}}}}}};
-    DatasetFrame frame;
-    frame.dir = dir_;
-    return CheckInfrared(frame, json);
+    return CheckInfrared({.dir = dir_}, json);
   }
 
-  std::string dir_;
   v1::Rig rig_;
 };
 

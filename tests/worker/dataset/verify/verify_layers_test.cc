@@ -8,6 +8,7 @@
 
 #include "common/base/system/file.h"
 #include "common/image/io.h"
+#include "tests/folder_test.h"
 #include "tests/worker/dataset/synthetic_archive.h"
 #include "worker/dataset/archive/dataset_reader.h"
 #include "worker/dataset/verify/verify.h"
@@ -19,27 +20,19 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-class VerifyLayersTest : public ::testing::Test {
+class VerifyLayersTest : public FolderTest {
  protected:
   void SetUp() override {
-    root_ = ::testing::TempDir() + "verify_layers_" +
-            ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(root_);
-    fs::create_directories(root_);
-    SyntheticArchive archive;
-    archive.scenes = archive.rigs = 1;
-    archive.extras = true;
-    MakeSyntheticArchive(root_ + "/data", archive);
-    frame_ = root_ + "/data/a/frames/000000/000/";
+    MakeSyntheticArchive(dir_ + "/data", {.scenes = 1, .rigs = 1, .extras = true});
+    frame_ = dir_ + "/data/a/frames/000000/000/";
     const ImageU8 count = *ReadPngU8(frame_ + "layers_left.png");
     while (count.values()[clear_] != 2) ++clear_;
     while (count.values()[opaque_] != 1) ++opaque_;
   }
-  void TearDown() override { fs::remove_all(root_); }
 
   // All findings, each a line "check file: message".
   std::string Found() {
-    const DatasetFrame index = ReadDataset(root_ + "/data")->variants.at(0).frames.at(0);
+    const DatasetFrame index = ReadDataset(dir_ + "/data")->variants.at(0).frames.at(0);
     std::vector<Finding> findings;
     std::optional<CheckedFrame> frame = ReadNumbers(index, findings);
     ReadMaps(*frame);
@@ -62,13 +55,13 @@ class VerifyLayersTest : public ::testing::Test {
     }
   }
 
-  std::string root_, frame_;
+  std::string frame_;
   size_t clear_ = 0, opaque_ = 0;  // Pixels with and without a second layer.
 };
 
 TEST_F(VerifyLayersTest, GoodOnesHaveNoFindings) {
   EXPECT_THAT(Found(), IsEmpty());
-  const auto whole = VerifyDataset(root_ + "/data", {});
+  const auto whole = VerifyDataset(dir_ + "/data", {});
   ASSERT_TRUE(whole.ok()) << whole.status();
   for (const Finding& finding : whole->findings) {
     EXPECT_NE(finding.check, "layers") << finding.path << finding.message;

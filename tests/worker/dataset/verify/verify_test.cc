@@ -9,10 +9,10 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "common/base/hash.h"
 #include "common/base/system/file.h"
 #include "common/config/config.h"
 #include "common/image/io.h"
+#include "tests/folder_test.h"
 #include "tests/worker/dataset/synthetic_archive.h"
 
 namespace parallax {
@@ -24,88 +24,50 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using Json = nlohmann::ordered_json;
 
-class VerifyTest : public ::testing::Test {
+class VerifyTest : public FolderTest {
  protected:
-  void SetUp() override {
-    root_ = ::testing::TempDir() + "verify_" +
-            ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(root_);
-    dir_ = root_ + "/data";
-    fs::create_directories(root_);
-    SyntheticArchive archive;
-    archive.scenes = 1;
-    MakeSyntheticArchive(dir_, archive);
-    frame_ = dir_ + "/a/frames/000000/001";
-  }
-  void TearDown() override { fs::remove_all(root_); }
+  void SetUp() override { MakeSyntheticArchive(data_, {.scenes = 1}); }
 
   std::vector<std::string> Checks(VerifyOptions options = {}) {
-    const auto result = VerifyDataset(dir_, options);
+    const auto result = VerifyDataset(data_, options);
     EXPECT_TRUE(result.ok()) << result.status();
     std::vector<std::string> checks;
     for (const Finding& finding : result->findings) {
       checks.push_back(finding.check);
-      EXPECT_THAT(finding.path, HasSubstr(root_));
+      EXPECT_THAT(finding.path, HasSubstr(dir_));
       EXPECT_FALSE(finding.message.empty());
     }
     return checks;
   }
-  // Puts other bytes in place of a file (not through its hard link) and makes the index agree, so
-  // that only geometry can notice.
-  void Forge(const std::string& name, const std::string& bytes) {
-    fs::remove(frame_ + "/" + name);
-    ASSERT_TRUE(WriteFile(frame_ + "/" + name, bytes).ok());
-    const std::string index = dir_ + "/a/index.jsonl";
-    std::string text;
-    std::istringstream in(*ReadFile(index));
-    for (std::string line; std::getline(in, line);) {
-      Json json = Json::parse(line);
-      if (json["rig"] == 1) json["files"][name] = Sha256Hex(bytes);
-      text += json.dump() + "\n";
-    }
-    ASSERT_TRUE(WriteFile(index, text).ok());
-  }
   void ForgeDepth(const std::string& name, const std::function<void(ImageF&)>& change) {
     ImageF image = *ReadExrY(frame_ + "/" + name);
     change(image);
-    Forge(name, *EncodeExrY(image));
+    ForgeFile(data_, name, *EncodeExrY(image));
   }
   void ForgeJson(const std::function<void(Json&)>& change) {
     Json json = Json::parse(*ReadFile(frame_ + "/frame.json"));
     change(json);
-    Forge("frame.json", json.dump());
-  }
-  // Changes each line of the variant's index.
-  void ForgeIndex(const std::function<void(Json&)>& change) {
-    const std::string index = dir_ + "/a/index.jsonl";
-    std::string text;
-    std::istringstream in(*ReadFile(index));
-    for (std::string line; std::getline(in, line);) {
-      Json json = Json::parse(line);
-      change(json);
-      text += json.dump() + "\n";
-    }
-    ASSERT_TRUE(WriteFile(index, text).ok());
+    ForgeFile(data_, "frame.json", json.dump());
   }
 
-  std::string root_, dir_, frame_;
+  const std::string data_ = dir_ + "/data", frame_ = data_ + "/a/frames/000000/001";
   double fx_px_ = 0;
 };
 
 TEST_F(VerifyTest, AWholeDatasetHasNoFindings) {
-  const auto result = VerifyDataset(dir_);
+  const auto result = VerifyDataset(data_);
   ASSERT_TRUE(result.ok()) << result.status();
   for (const Finding& f : result->findings) ADD_FAILURE() << f.check << " " << f.path << f.message;
   EXPECT_EQ(result->kind, "archive");
   EXPECT_EQ(result->frames, 2);
   EXPECT_EQ(result->files, 34);
   EXPECT_GT(result->bytes, 10000);
-  EXPECT_EQ(VerifyDataset(dir_ + "/a")->findings_total, 0);
-  EXPECT_EQ(VerifyDataset(root_).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(VerifyDataset(data_ + "/a")->findings_total, 0);
+  EXPECT_EQ(VerifyDataset(dir_).status().code(), absl::StatusCode::kNotFound);
 }
 
 TEST_F(VerifyTest, CamerasAreThoseOfTheStudy) {
-  const std::string lock = dir_ + "/study.lock.yaml";
+  const std::string lock = data_ + "/study.lock.yaml";
   v1::StudySpec study = *LoadStudy(lock);
   const auto wants = [&](double cx, double low_m, double high_m) {
     v1::RigConfig& rigs = *study.mutable_variants(0)->mutable_config()->mutable_rigs();
@@ -134,9 +96,7 @@ TEST_F(VerifyTest, CamerasAreThoseOfTheStudy) {
   fx_px_ *= 1 + 3e-6;
   wants(96, 0.001, 2);
   EXPECT_THAT(Checks(), Contains("camera"));
-  VerifyOptions options;
-  options.geometry = false;
-  EXPECT_THAT(Checks(options), IsEmpty());
+  EXPECT_THAT(Checks({.geometry = false}), IsEmpty());
 }
 
 TEST_F(VerifyTest, SeedsOfOlderArchivesAreNumbers) {
@@ -154,24 +114,21 @@ TEST_F(VerifyTest, FindsChangedMissingAndStrayFiles) {
   fs::remove(frame_ + "/right.png");
   ASSERT_TRUE(WriteFile(frame_ + "/right.png", bytes).ok());
   EXPECT_THAT(Checks(), Contains("hash"));
-  VerifyOptions options;
-  options.hashes = false;
-  options.geometry = false;
-  EXPECT_TRUE(Checks(options).empty());
+  EXPECT_TRUE(Checks({.hashes = false, .geometry = false}).empty());
   fs::remove(frame_ + "/masks_left.png");
   EXPECT_THAT(Checks(), Contains("missing"));
   ASSERT_TRUE(WriteFile(frame_ + "/notes.txt", "x").ok());
   EXPECT_THAT(Checks(), Contains("stray"));
-  fs::remove(dir_ + "/a/scenes/000000.pb");
+  fs::remove(data_ + "/a/scenes/000000.pb");
   EXPECT_THAT(Checks(), Contains("recipe"));
-  fs::remove_all(dir_ + "/a/frames/000000/000");
-  fs::copy(frame_, dir_ + "/a/frames/000000/005");
+  fs::remove_all(data_ + "/a/frames/000000/000");
+  fs::copy(frame_, data_ + "/a/frames/000000/005");
   EXPECT_THAT(Checks(), Contains("index"));
 }
 
 TEST_F(VerifyTest, VerdictsOfCurationFitTheirScores) {
   const auto forge = [&](double share, double value, bool passed) {
-    ForgeIndex([&](Json& json) {
+    ChangeIndex(data_, [&](Json& json) {
       json["statistics"]["ambiguous_share"] = share;
       json["filters"]["ambiguous"] = {{"passed", passed}, {"value", value}, {"threshold", 0.6}};
       json["passed"] = passed;
@@ -191,7 +148,7 @@ TEST_F(VerifyTest, VerdictsOfCurationFitTheirScores) {
 
 TEST_F(VerifyTest, VerdictsOfTextureFitTheMaps) {
   const auto forge = [&](double error) {
-    ForgeIndex([&](Json& json) {
+    ChangeIndex(data_, [&](Json& json) {
       const double share = json["statistics"]["textured_fraction"];
       json["filters"]["textureless"] = {
           {"passed", true}, {"value", share + error}, {"threshold", 0.0}};
@@ -213,15 +170,19 @@ TEST_F(VerifyTest, FindsGeometryThatContradictsItselfThoughAllHashesAgree) {
       {"finite", [&] { ForgeDepth("depth_right.exr", [](ImageF& d) { d(5, 5) = NAN; }); }},
       {"finite", [&] { ForgeDepth("disparity_right.exr", [](ImageF& d) { d(5, 5) = INFINITY; }); }},
       {"finite", [&] { ForgeDepth("depth_left.exr", [](ImageF& d) { d(5, 5) = -1; }); }},
-      {"masks", [&] { Forge("masks_left.png", *EncodePng(ImageU8(96, 54, 1))); }},
-      {"tables", [&] { Forge("objects_right.png", *EncodePng(ImageU16(96, 54, 999))); }},
-      {"tables", [&] { Forge("materials_left.png", *EncodePng(ImageU16(96, 54, 999))); }},
-      {"normals", [&] { Forge("normals_left.exr", *EncodeExrHalfRgb(ImageF3(96, 54, 0.9f))); }},
-      {"occlusion", [&] { Forge("occlusion_left.png", *EncodePng(ImageU8(96, 54, 0))); }},
-      {"occlusion", [&] { Forge("occlusion_right.png", *EncodePng(ImageU8(96, 54, 7))); }},
-      {"size", [&] { Forge("occlusion_right.png", *EncodePng(ImageU8(95, 54, 0))); }},
-      {"image", [&] { Forge("left.png", "no PNG at all"); }},
-      {"filters", [&] { Forge("left.png", *EncodePng(ImageRgb8(96, 54, 1))); }},
+      {"masks", [&] { ForgeFile(data_, "masks_left.png", *EncodePng(ImageU8(96, 54, 1))); }},
+      {"tables", [&] { ForgeFile(data_, "objects_right.png", *EncodePng(ImageU16(96, 54, 999))); }},
+      {"tables",
+       [&] { ForgeFile(data_, "materials_left.png", *EncodePng(ImageU16(96, 54, 999))); }},
+      {"normals",
+       [&] { ForgeFile(data_, "normals_left.exr", *EncodeExrHalfRgb(ImageF3(96, 54, 0.9f))); }},
+      {"occlusion",
+       [&] { ForgeFile(data_, "occlusion_left.png", *EncodePng(ImageU8(96, 54, 0))); }},
+      {"occlusion",
+       [&] { ForgeFile(data_, "occlusion_right.png", *EncodePng(ImageU8(96, 54, 7))); }},
+      {"size", [&] { ForgeFile(data_, "occlusion_right.png", *EncodePng(ImageU8(95, 54, 0))); }},
+      {"image", [&] { ForgeFile(data_, "left.png", "no PNG at all"); }},
+      {"filters", [&] { ForgeFile(data_, "left.png", *EncodePng(ImageRgb8(96, 54, 1))); }},
       {"pose", [&] { ForgeJson([](Json& j) { j["world_from_right"][0][3] = 99.0; }); }},
       {"pose", [&] { ForgeJson([](Json& j) { j["world_from_left"][0][0] = 3.0; }); }},
       {"pose", [&] { ForgeJson([](Json& j) { j["baseline_m"] = 1.5; }); }},
@@ -231,10 +192,9 @@ TEST_F(VerifyTest, FindsGeometryThatContradictsItselfThoughAllHashesAgree) {
       {"tables", [&] { ForgeJson([](Json& j) { j["objects"]["1"]["seed"] = -1; }); }},
       {"frame.json", [&] { ForgeJson([](Json& j) { j.erase("intrinsics"); }); }},
   };
-  SyntheticArchive archive;
-  archive.scenes = 1;
+  const SyntheticArchive archive{.scenes = 1};
   for (const auto& c : cases) {
-    MakeSyntheticArchive(dir_, archive);
+    MakeSyntheticArchive(data_, archive);
     c.forge();
     const std::vector<std::string> checks = Checks();
     EXPECT_THAT(checks, Contains(c.check)) << &c - cases;

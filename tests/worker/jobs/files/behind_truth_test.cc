@@ -8,6 +8,7 @@
 
 #include "common/base/system/file.h"
 #include "common/image/io.h"
+#include "tests/folder_test.h"
 #include "tests/worker/dataset/synthetic_archive.h"
 #include "worker/render/camera/stereo_frame.h"
 
@@ -18,35 +19,27 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 // A frame with balls of glass half a metre before their second layer.
-class BehindTruthTest : public ::testing::Test {
+class BehindTruthTest : public FolderTest {
  protected:
   void SetUp() override {
-    root_ = ::testing::TempDir() + "behind_" +
-            ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(root_);
-    fs::create_directories(root_);
-    SyntheticArchive archive;
-    archive.scenes = archive.rigs = 1;
-    archive.extras = true;
-    MakeSyntheticArchive(root_ + "/data", archive);
-    dir_ = root_ + "/data/a/frames/000000/000/";
+    MakeSyntheticArchive(dir_ + "/data", {.scenes = 1, .rigs = 1, .extras = true});
+    data_ = dir_ + "/data/a/frames/000000/000/";
   }
-  void TearDown() override { fs::remove_all(root_); }
 
   auto Make() const {
     return MakeBehindTruth([this](const std::string& name) {
-      return fs::exists(dir_ + name) ? dir_ + name : std::string();
+      return fs::exists(data_ + name) ? data_ + name : std::string();
     });
   }
   // Changes the numbers of frame.json.
   void Edit(const std::function<void(nlohmann::ordered_json*)>& change) const {
-    auto json = nlohmann::ordered_json::parse(*ReadFile(dir_ + "frame.json"));
+    auto json = nlohmann::ordered_json::parse(*ReadFile(data_ + "frame.json"));
     change(&json);
-    fs::remove(dir_ + "frame.json");
-    ASSERT_TRUE(WriteFile(dir_ + "frame.json", json.dump()).ok());
+    fs::remove(data_ + "frame.json");
+    ASSERT_TRUE(WriteFile(data_ + "frame.json", json.dump()).ok());
   }
 
-  std::string root_, dir_;
+  std::string data_;
 };
 
 TEST_F(BehindTruthTest, IsThatOfTheLastLayer) {
@@ -54,13 +47,13 @@ TEST_F(BehindTruthTest, IsThatOfTheLastLayer) {
   ASSERT_TRUE(made.ok()) << made.status();
   int behind = 0, visible = 0;
   for (const std::string eye : {"left", "right"}) {
-    const ImageU8 count = *ReadPngU8(dir_ + "layers_" + eye + ".png");
-    const ImageF first = *ReadExrY(dir_ + "disparity_" + eye + ".exr"),
-                 second = *ReadExrY(dir_ + "disparity2_" + eye + ".exr"),
+    const ImageU8 count = *ReadPngU8(data_ + "layers_" + eye + ".png");
+    const ImageF first = *ReadExrY(data_ + "disparity_" + eye + ".exr"),
+                 second = *ReadExrY(data_ + "disparity2_" + eye + ".exr"),
                  disparity = *DecodeExrY(made->at("disparity_" + eye + ".exr"));
     const ImageU16 objects = *DecodePngU16(made->at("objects_" + eye + ".png"));
     const ImageU8 masks = *DecodePngU8(made->at("masks_" + eye + ".png")),
-                  old_masks = *ReadPngU8(dir_ + "masks_" + eye + ".png"),
+                  old_masks = *ReadPngU8(data_ + "masks_" + eye + ".png"),
                   occlusion = *DecodePngU8(made->at("occlusion_" + eye + ".png"));
     for (size_t i = 0; i < count.pixels(); ++i) {
       const bool two = count.values()[i] == 2;
@@ -81,8 +74,8 @@ TEST_F(BehindTruthTest, IsNoneWhereTheLastLayerIsSeeThroughToo) {
   Edit([](auto* json) { (*json)["materials"]["2"]["clear"] = "thin_glass"; });
   const auto made = Make();
   ASSERT_TRUE(made.ok()) << made.status();
-  const ImageU8 count = *ReadPngU8(dir_ + "layers_left.png");
-  const ImageU16 old = *ReadPngU16(dir_ + "materials_left.png");
+  const ImageU8 count = *ReadPngU8(data_ + "layers_left.png");
+  const ImageU16 old = *ReadPngU16(data_ + "materials_left.png");
   const ImageF disparity = *DecodeExrY(made->at("disparity_left.exr"));
   const ImageU8 masks = *DecodePngU8(made->at("masks_left.png"));
   for (size_t i = 0; i < count.pixels(); ++i) {
@@ -97,7 +90,7 @@ TEST_F(BehindTruthTest, KnowsTheExteriorOfRooms) {
   Edit([](auto* json) { (*json)["layers"]["interiors_m"] = {{{900, 900, 900}, {901, 901, 901}}}; });
   const auto made = Make();
   ASSERT_TRUE(made.ok()) << made.status();
-  const ImageU8 count = *ReadPngU8(dir_ + "layers_left.png");
+  const ImageU8 count = *ReadPngU8(data_ + "layers_left.png");
   const ImageU8 masks = *DecodePngU8(made->at("masks_left.png"));
   for (size_t i = 0; i < count.pixels(); ++i) {
     if (count.values()[i] == 2) {
@@ -107,9 +100,9 @@ TEST_F(BehindTruthTest, KnowsTheExteriorOfRooms) {
 }
 
 TEST_F(BehindTruthTest, NamesWhatIsMissing) {
-  fs::remove(dir_ + "objects2_right.png");
+  fs::remove(data_ + "objects2_right.png");
   EXPECT_THAT(std::string(Make().status().message()), HasSubstr("no objects2_right.png"));
-  fs::remove(dir_ + "layers_left.png");
+  fs::remove(data_ + "layers_left.png");
   EXPECT_EQ(Make().status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(Make().status().message()), HasSubstr("no layers_left.png"));
 }

@@ -3,13 +3,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 
 #include "common/base/hash.h"
 #include "common/base/system/file.h"
 #include "common/store/store.h"
+#include "tests/folder_test.h"
 #include "worker/materials/pictures/user_picture.h"
 
 namespace parallax {
@@ -18,12 +18,9 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-class ContentCacheTest : public ::testing::Test {
+class ContentCacheTest : public FolderTest {
  protected:
   void SetUp() override {
-    std::string name = fs::temp_directory_path() / "parallax_content_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
     store_ = *OpenStore(dir_ + "/store");
     SetPictureRoot(dir_ + "/root");
     SetContentRoot(dir_ + "/cache");
@@ -34,7 +31,6 @@ class ContentCacheTest : public ::testing::Test {
   void TearDown() override {
     SetPictureRoot("");
     SetContentRoot("");
-    fs::remove_all(dir_);
   }
 
   ContentFile Stored(const std::string& name, const std::string& bytes) {
@@ -48,7 +44,7 @@ class ContentCacheTest : public ::testing::Test {
         .Bring(*store_, ContentReferenceText({sha256_, path}), {});
   }
 
-  std::string dir_, sha256_;
+  std::string sha256_;
   std::unique_ptr<Store> store_;
   std::vector<ContentFile> list_;
 };

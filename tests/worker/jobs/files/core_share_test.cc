@@ -1,22 +1,14 @@
 #include "worker/jobs/files/core_share.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
-#include <filesystem>
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
 
-class CoreShareTest : public ::testing::Test {
+class CoreShareTest : public FolderTest {
  protected:
-  void SetUp() override {
-    std::string name = std::filesystem::temp_directory_path() / "parallax_cores_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(dir_); }
-
   // Takes cores by `take`; cancels it if they are not free at once.
   template <typename Take>
   static absl::StatusOr<CoreShare::Hold> Try(Take take) {
@@ -35,8 +27,6 @@ class CoreShareTest : public ::testing::Test {
     return Try(
         [&](const CancelToken& c, const CoreShare::Waiting& w) { return share.TakeShared(c, w); });
   }
-
-  std::string dir_;
 };
 
 TEST_F(CoreShareTest, TrainingsHaveTheirCoresAlone) {

@@ -7,6 +7,7 @@
 #include "common/base/hash.h"
 #include "common/config/config.h"
 #include "common/config/frame_files.h"
+#include "tests/folder_test.h"
 #include "tests/worker/jobs/job_fixture.h"
 #include "worker/scene/solve_scene.h"
 
@@ -17,19 +18,15 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-class FinishedFramesTest : public testing::Test {
+class FinishedFramesTest : public FolderTest {
  protected:
   void SetUp() override {
-    std::string name = fs::temp_directory_path() / "parallax_finished_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
     auto store = OpenStore(dir_ + "/store");
     ASSERT_TRUE(store.ok()) << store.status();
     store_ = *std::move(store);
     job_.mutable_render()->add_maps("depth");
     for (uint32_t rig = 0; rig < 3; ++rig) job_.add_rigs(rig);
   }
-  void TearDown() override { fs::remove_all(dir_); }
 
   // The folder that the agent gives to attempt `fence`; `far` stands for a worker that does not see
   // the store.
@@ -83,7 +80,6 @@ class FinishedFramesTest : public testing::Test {
   }
   std::string InStore(const std::string& path) const { return dir_ + "/store/ab/cd/" + path; }
 
-  std::string dir_;
   std::shared_ptr<Store> store_;
   v1::RenderJob job_;
 };

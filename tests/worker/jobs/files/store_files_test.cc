@@ -7,23 +7,20 @@
 
 #include "common/base/system/file.h"
 #include "common/store/store.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
 
 namespace fs = std::filesystem;
 
-class StoreFilesTest : public testing::Test {
+class StoreFilesTest : public FolderTest {
  protected:
   void SetUp() override {
-    std::string name = fs::temp_directory_path() / "parallax_store_files_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
     auto store = OpenStore(dir_ + "/store");
     ASSERT_TRUE(store.ok()) << store.status();
     store_ = *std::move(store);
   }
-  void TearDown() override { fs::remove_all(dir_); }
 
   // Asks for `size` bytes of a file that has `actual`.
   absl::StatusOr<std::string> Get(size_t actual, int64_t size) {
@@ -33,7 +30,7 @@ class StoreFilesTest : public testing::Test {
     return GetWhole(*store_, "a/file", size);
   }
 
-  std::string dir_, content_;
+  std::string content_;
   std::unique_ptr<Store> store_;
 };
 

@@ -3,7 +3,6 @@
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
@@ -14,6 +13,7 @@
 #include "common/rpc/grpc_status.h"
 #include "parallax/v1/service.grpc.pb.h"
 #include "tests/e2e/process.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
@@ -24,21 +24,11 @@ using std::chrono::seconds;
 constexpr char kCoordinator[] = PARALLAX_COORDINATOR_PROGRAM;
 constexpr char kWorker[] = PARALLAX_NOOP_WORKER_PROGRAM;
 
-class DaemonsTest : public testing::Test {
+class DaemonsTest : public FolderTest {
  protected:
-  DaemonsTest() {
-    char name[] = "/tmp/parallax-daemons-XXXXXX";
-    directory_ = mkdtemp(name);
-  }
-  ~DaemonsTest() override { fs::remove_all(directory_); }
-
   std::vector<std::string> ServeCommand(const std::string& listen = "127.0.0.1:0") const {
-    return {kCoordinator,    "serve",
-            "--db",          directory_ + "/queue.db",
-            "--store",       directory_ + "/store",
-            "--listen",      listen,
-            "--http",        "127.0.0.1:0",
-            "--lease-s",     "5",
+    return {kCoordinator,    "serve", "--db",   dir_ + "/queue.db", "--store",   dir_ + "/store",
+            "--listen",      listen,  "--http", "127.0.0.1:0",      "--lease-s", "5",
             "--reconnect-s", "0.2"};
   }
 
@@ -60,7 +50,7 @@ class DaemonsTest : public testing::Test {
                                        int job_ms) {
     return std::make_unique<Process>(
         std::vector<std::string>{kWorker, "--role", "all", "--coordinator", address, "--slots", "2",
-                                 "--name", name, "--outbox", directory_ + "/outbox"},
+                                 "--name", name, "--outbox", dir_ + "/outbox"},
         std::vector<std::string>{"PARALLAX_NOOP_MS=" + std::to_string(job_ms)});
   }
 
@@ -121,7 +111,7 @@ class DaemonsTest : public testing::Test {
     std::set<std::pair<uint32_t, uint32_t>> seen;
     for (const v1::PublishedFrame& frame : reply.frames()) {
       EXPECT_TRUE(seen.insert({frame.scene(), frame.frame().rig()}).second) << "twice";
-      EXPECT_TRUE(fs::exists(directory_ + "/store/" + frame.frame().path() + "/left.png"));
+      EXPECT_TRUE(fs::exists(dir_ + "/store/" + frame.frame().path() + "/left.png"));
     }
     EXPECT_EQ(seen.size(), pairs);
   }
@@ -130,7 +120,7 @@ class DaemonsTest : public testing::Test {
   void StopAndCheck() {
     coordinator_->Signal(SIGTERM);
     EXPECT_EQ(coordinator_->Wait(), 0) << coordinator_->Err();
-    Process check({kCoordinator, "check", "--db", directory_ + "/queue.db"});
+    Process check({kCoordinator, "check", "--db", dir_ + "/queue.db"});
     std::string line;
     EXPECT_TRUE(check.ReadLine(&line));
     EXPECT_EQ(check.Wait(), 0) << line;
@@ -146,7 +136,6 @@ class DaemonsTest : public testing::Test {
     EXPECT_NE(errors.find(text), std::string::npos) << errors;
   }
 
-  std::string directory_;
   std::unique_ptr<Process> coordinator_;
   std::unique_ptr<v1::Coordinator::Stub> stub_;
 };
@@ -156,12 +145,11 @@ TEST_F(DaemonsTest, AStudyOutlivesAKilledWorker) {
   const int64_t study = Submit(24, 2);
   auto doomed = StartWorker("doomed", address, 20);
   ASSERT_TRUE(WaitForPairs(study, 4)) << doomed->Err();
-  Process backup(
-      {kCoordinator, "backup", "--db", directory_ + "/queue.db", directory_ + "/backup.db"});
+  Process backup({kCoordinator, "backup", "--db", dir_ + "/queue.db", dir_ + "/backup.db"});
   EXPECT_EQ(backup.Wait(), 0) << backup.Err();
-  Process check({kCoordinator, "check", "--db", directory_ + "/backup.db"});
+  Process check({kCoordinator, "check", "--db", dir_ + "/backup.db"});
   EXPECT_EQ(check.Wait(), 0) << check.Err();
-  ExpectRefusal({kCoordinator, "check", "--db", directory_ + "/queue.db"}, 5, "queue.db");
+  ExpectRefusal({kCoordinator, "check", "--db", dir_ + "/queue.db"}, 5, "queue.db");
   doomed->Signal(SIGKILL);
   EXPECT_EQ(doomed->Wait(), 128 + SIGKILL);
   auto heir = StartWorker("heir", address, 1);
@@ -217,20 +205,20 @@ TEST_F(DaemonsTest, EachStartUpErrorHasItsLineAndExitStatus) {
   const std::string address = StartCoordinator();
   ExpectRefusal(ServeCommand(), 5, "queue.db");
   std::vector<std::string> other = ServeCommand(address);
-  other[3] = directory_ + "/other.db";
+  other[3] = dir_ + "/other.db";
   ExpectRefusal(other, 6, "it belongs to the database ");
-  other[5] = directory_ + "/other-store";
+  other[5] = dir_ + "/other-store";
   ExpectRefusal(other, 3, address);
   coordinator_->Signal(SIGTERM);
   EXPECT_EQ(coordinator_->Wait(), 0);
 
   std::vector<std::string> no_store = ServeCommand();
-  std::ofstream(directory_ + "/file") << "not a folder";
-  no_store[5] = directory_ + "/file/store";
+  std::ofstream(dir_ + "/file") << "not a folder";
+  no_store[5] = dir_ + "/file/store";
   ExpectRefusal(no_store, 6, "file");
   std::vector<std::string> no_folder = ServeCommand();
-  no_folder[3] = directory_ + "/none/queue.db";
-  ExpectRefusal(no_folder, 7, directory_ + "/none");
+  no_folder[3] = dir_ + "/none/queue.db";
+  ExpectRefusal(no_folder, 7, dir_ + "/none");
   std::vector<std::string> read_only = ServeCommand();
   read_only[3] = "/proc/queue.db";
   ExpectRefusal(read_only, 7, "/proc/queue.db");
@@ -240,11 +228,11 @@ TEST_F(DaemonsTest, EachStartUpErrorHasItsLineAndExitStatus) {
   ExpectRefusal({kCoordinator, "serve", "--bogus"}, 2, "--help");
   ExpectRefusal({kCoordinator, "serv"}, 2, "'serv'; did you mean `coordinator serve`?");
 
-  std::ofstream(directory_ + "/text.db") << std::string(8192, 'x');
+  std::ofstream(dir_ + "/text.db") << std::string(8192, 'x');
   std::vector<std::string> text = ServeCommand();
-  text[3] = directory_ + "/text.db";
+  text[3] = dir_ + "/text.db";
   ExpectRefusal(text, 8, "text.db");
-  EXPECT_FALSE(fs::exists(directory_ + "/text.db.lock")) << "left beside somebody's file";
+  EXPECT_FALSE(fs::exists(dir_ + "/text.db.lock")) << "left beside somebody's file";
 }
 
 TEST_F(DaemonsTest, TooFewDescriptorsOrThreadsHaveTheirLine) {
@@ -268,7 +256,7 @@ TEST_F(DaemonsTest, ADatabaseFromTheFutureIsRefused) {
   coordinator_->Signal(SIGTERM);
   ASSERT_EQ(coordinator_->Wait(), 0);
   // The schema's version stands big-endian at byte 60 of the file.   Source: SQLite's file format.
-  std::fstream file(directory_ + "/queue.db", std::ios::in | std::ios::out | std::ios::binary);
+  std::fstream file(dir_ + "/queue.db", std::ios::in | std::ios::out | std::ios::binary);
   file.seekp(60);
   file.write("\0\0\x27\x0f", 4);
   file.close();

@@ -2,7 +2,6 @@
 // streets.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
@@ -11,6 +10,7 @@
 #include <string>
 
 #include "tests/e2e/process.h"
+#include "tests/folder_test.h"
 
 namespace parallax::e2e {
 namespace {
@@ -45,15 +45,9 @@ constexpr char kStudy[] =
     "      rigs: {count: 2, width_px: 160, height_px: 90}\n"
     "      render: {profile: preview, samples_per_pixel: 1}\n";
 
-class DepthRun : public ::testing::Test {
+class DepthRun : public FolderTest {
  protected:
-  void SetUp() override {
-    std::string name = fs::temp_directory_path() / "parallax_depth_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
-    std::ofstream(dir_ + "/deep.yaml") << kStudy;
-  }
-  void TearDown() override { fs::remove_all(dir_); }
+  void SetUp() override { std::ofstream(dir_ + "/deep.yaml") << kStudy; }
 
   // Classes of what the variant's frames show.
   static std::set<std::string> ClassesOf(const std::string& variant_dir) {
@@ -71,8 +65,6 @@ class DepthRun : public ::testing::Test {
     EXPECT_EQ(show.Wait(), 0) << show.Err();
     return show.Out();
   }
-
-  std::string dir_;
 };
 
 TEST_F(DepthRun, MakesDatasetsThatVerifyAccepts) {

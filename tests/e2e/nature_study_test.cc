@@ -1,7 +1,6 @@
 // `parallax run` and `parallax verify` of a landscape.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
@@ -10,6 +9,7 @@
 #include <string>
 
 #include "tests/e2e/process.h"
+#include "tests/folder_test.h"
 
 namespace parallax::e2e {
 namespace {
@@ -34,16 +34,12 @@ constexpr char kStudy[] =
     "               maps: [depth, disparity, occlusion, objects, materials, normals, masks,\n"
     "                      exact_occlusion]}\n";
 
-class NatureRun : public ::testing::Test {
+class NatureRun : public FolderTest {
  protected:
   void SetUp() override {
-    std::string name = fs::temp_directory_path() / "parallax_nature_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
     std::ofstream(dir_ + "/nature.yaml") << ReadText(NATURE_CONFIG);
     std::ofstream(dir_ + "/meadow.yaml") << kStudy;
   }
-  void TearDown() override { fs::remove_all(dir_); }
 
   // The file's bytes with one of them in the middle changed.
   static void Damage(const std::string& path) {
@@ -52,8 +48,6 @@ class NatureRun : public ::testing::Test {
     fs::remove(path);  // It may be a hard link into the store.
     std::ofstream(path, std::ios::binary) << bytes;
   }
-
-  std::string dir_;
 };
 
 TEST_F(NatureRun, MakesADatasetThatVerifyAccepts) {

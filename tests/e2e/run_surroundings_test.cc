@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "tests/e2e/process.h"
+#include "tests/folder_test.h"
 
 namespace parallax::e2e {
 namespace {
@@ -15,15 +16,8 @@ namespace fs = std::filesystem;
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
-class RunSurroundingsTest : public ::testing::Test {
+class RunSurroundingsTest : public FolderTest {
  protected:
-  void SetUp() override {
-    std::string name = fs::temp_directory_path() / "parallax_e2e_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    dir_ = name;
-  }
-  void TearDown() override { fs::remove_all(dir_); }
-
   // The command for one pair of an empty room; `more` are lines of the variant's settings.
   std::vector<std::string> Command(const std::string& more = "") {
     std::ofstream(dir_ + "/small.yaml")
@@ -37,8 +31,6 @@ class RunSurroundingsTest : public ::testing::Test {
         << more;
     return {PARALLAX_BINARY, "run", dir_ + "/small.yaml", "--out", dir_ + "/out"};
   }
-
-  std::string dir_;
 };
 
 TEST_F(RunSurroundingsTest, OwnContentLeadsOutOfItsFolderOnlyByFollowLinks) {

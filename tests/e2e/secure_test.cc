@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <stdlib.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +14,7 @@
 #include "common/rpc/certificate.h"
 #include "common/store/content.h"
 #include "tests/e2e/process.h"
+#include "tests/folder_test.h"
 #include "tests/worker/assets/own_files.h"
 
 namespace parallax {
@@ -33,16 +33,11 @@ struct Outcome {
   std::string out, err;
 };
 
-class SecureTest : public testing::Test {
+class SecureTest : public FolderTest {
  protected:
-  SecureTest() {
-    char name[] = "/tmp/parallax-secure-XXXXXX";
-    directory_ = mkdtemp(name);
-  }
   ~SecureTest() override {
     worker_.reset();
     coordinator_.reset();
-    fs::remove_all(directory_);
   }
 
   static Outcome Run(const std::vector<std::string>& command) {
@@ -67,20 +62,18 @@ class SecureTest : public testing::Test {
     EXPECT_THAT(outcome.err, HasSubstr(text));
   }
 
-  std::string Tls(const std::string& folder) const { return directory_ + "/tls/" + folder; }
+  std::string Tls(const std::string& folder) const { return dir_ + "/tls/" + folder; }
 
   void Init() {
     const Outcome init =
-        Run({kCoordinator, "init", directory_ + "/tls", "--issue", "worker", "pool", "--issue",
+        Run({kCoordinator, "init", dir_ + "/tls", "--issue", "worker", "pool", "--issue",
              "submitter", "ada", "--issue", "operator", "olga", "--issue", "read-only", "board"});
     ASSERT_EQ(init.exit, 0) << init.err;
   }
   void Serve(const std::vector<std::string>& more) {
-    std::vector<std::string> command = {kCoordinator, "serve",
-                                        "--db",       directory_ + "/queue.db",
-                                        "--store",    directory_ + "/store",
-                                        "--listen",   "127.0.0.1:0",
-                                        "--http",     ""};
+    std::vector<std::string> command = {
+        kCoordinator,    "serve",    "--db",        dir_ + "/queue.db", "--store",
+        dir_ + "/store", "--listen", "127.0.0.1:0", "--http",           ""};
     command.insert(command.end(), more.begin(), more.end());
     coordinator_ = std::make_unique<Process>(command);
     std::string line;
@@ -90,14 +83,13 @@ class SecureTest : public testing::Test {
     address_ = line.substr(prefix.size());
   }
   std::vector<std::string> WorkerCommand(const std::string& tls) const {
-    std::vector<std::string> command = {
-        kWorker,  "--role", "all",      "--coordinator",       address_,
-        "--name", "w",      "--outbox", directory_ + "/outbox"};
+    std::vector<std::string> command = {kWorker,  "--role", "all",      "--coordinator", address_,
+                                        "--name", "w",      "--outbox", dir_ + "/outbox"};
     if (!tls.empty()) command.insert(command.end(), {"--tls", tls});
     return command;
   }
   std::string WriteStudy(const std::string& set = "") const {
-    const std::string path = directory_ + "/study.yaml";
+    const std::string path = dir_ + "/study.yaml";
     EXPECT_TRUE(WriteFile(path,
                           "study: tiny\nbase: indoor\nseed: 5\npairs: 4\nrigs_per_scene: 2\n"
                           "variants:\n  - name: v\n" +
@@ -116,12 +108,12 @@ class SecureTest : public testing::Test {
     ASSERT_EQ(submit.exit, 0) << submit.err;
     const Outcome watch = Client({"watch", "tiny", "--json"}, tls);
     ASSERT_EQ(watch.exit, 0) << watch.err << watch.out;
-    const Outcome fetch = Client({"fetch", "tiny", "--out", directory_ + "/out", "--json"}, tls);
+    const Outcome fetch = Client({"fetch", "tiny", "--out", dir_ + "/out", "--json"}, tls);
     ASSERT_EQ(fetch.exit, 0) << fetch.err;
     EXPECT_THAT(fetch.out, HasSubstr("\"frames\": 4"));
     EXPECT_THAT(fetch.out, HasSubstr("\"frames_added\": 4"));
     for (const char* rig : {"000", "001"}) {
-      EXPECT_TRUE(fs::exists(directory_ + "/out/v/frames/000000/" + rig + "/left.png"));
+      EXPECT_TRUE(fs::exists(dir_ + "/out/v/frames/000000/" + rig + "/left.png"));
     }
     fetched_ = fetch.out;
   }
@@ -130,7 +122,6 @@ class SecureTest : public testing::Test {
     EXPECT_EQ(worker_->Wait(), 0) << worker_->Err();
   }
 
-  std::string directory_;
   std::string address_;
   std::string fetched_;
   std::unique_ptr<Process> coordinator_;
@@ -143,7 +134,7 @@ TEST_F(SecureTest, AFarmWithCertificatesAndWithoutASharedFolderMakesADataset) {
   worker_ = std::make_unique<Process>(WorkerCommand(Tls("worker-pool")));
   MakeDataset(Tls("submitter-ada"));
   StopWorker();
-  const std::string staging = directory_ + "/outbox/w/staging";
+  const std::string staging = dir_ + "/outbox/w/staging";
   for (const auto& left : fs::directory_iterator(staging)) {
     EXPECT_EQ(left.path().filename(), "cores") << "what was sent is not kept; locks may stay";
   }
@@ -156,7 +147,7 @@ TEST_F(SecureTest, AFarmWithCertificatesAndWithoutASharedFolderMakesADataset) {
 
 // Two machines' worth of workers, each with its own copy of the user's content at another place.
 TEST_F(SecureTest, OwnContentIsTheSameOnWorkersThatShareNoDisk) {
-  const std::string here = directory_ + "/a/content", there = directory_ + "/b/content";
+  const std::string here = dir_ + "/a/content", there = dir_ + "/b/content";
   fs::create_directories(here + "/meshes/crates");
   fs::create_directories(here + "/hdris");
   ASSERT_TRUE(WriteFile(here + "/meshes/crates/one.glb", test::GlbBox(1, 2, 1)).ok());
@@ -165,7 +156,7 @@ TEST_F(SecureTest, OwnContentIsTheSameOnWorkersThatShareNoDisk) {
   ASSERT_TRUE(WriteFile(here + "/hdris/grey.hdr",
                         std::string("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n") + grey)
                   .ok());
-  fs::copy(directory_ + "/a", directory_ + "/b", fs::copy_options::recursive);
+  fs::copy(dir_ + "/a", dir_ + "/b", fs::copy_options::recursive);
   const auto hash_of = [&](const char* kind, const std::string& dir) {
     const Outcome outcome = Run({kClient, "config", kind, dir});
     EXPECT_EQ(outcome.exit, 0) << outcome.err;
@@ -184,26 +175,26 @@ TEST_F(SecureTest, OwnContentIsTheSameOnWorkersThatShareNoDisk) {
   for (const char* name : {"a", "b"}) {
     std::vector<std::string> command = WorkerCommand("");
     command[6] = name;
-    command[8] = directory_ + "/outbox-" + name;
-    command.insert(command.end(), {"--picture-root", directory_ + "/" + name});
+    command[8] = dir_ + "/outbox-" + name;
+    command.insert(command.end(), {"--picture-root", dir_ + "/" + name});
     workers.push_back(std::make_unique<Process>(command));
   }
   const Outcome submit = Submit(WriteStudy(set), "");
   ASSERT_EQ(submit.exit, 0) << submit.err;
   const Outcome watch = Client({"watch", "tiny", "--json"}, "");
   ASSERT_EQ(watch.exit, 0) << watch.err << watch.out;
-  const Outcome fetch = Client({"fetch", "tiny", "--out", directory_ + "/out", "--json"}, "");
+  const Outcome fetch = Client({"fetch", "tiny", "--out", dir_ + "/out", "--json"}, "");
   ASSERT_EQ(fetch.exit, 0) << fetch.err;
   for (const char* rig : {"000", "001"}) {
-    EXPECT_THAT(*ReadFile(directory_ + "/out/v/frames/000000/" + rig + "/frame.json"),
+    EXPECT_THAT(*ReadFile(dir_ + "/out/v/frames/000000/" + rig + "/frame.json"),
                 HasSubstr("\"class\":\"own:crates\""));
   }
-  EXPECT_EQ(Run({kClient, "verify", directory_ + "/out"}).exit, 0);
+  EXPECT_EQ(Run({kClient, "verify", dir_ + "/out"}).exit, 0);
 
   // Another mesh on one of them is not taken for the study's.
   ASSERT_TRUE(WriteFile(there + "/meshes/crates/one.glb", test::GlbBox(2, 1, 1)).ok());
   EXPECT_NE(hash_of("meshes", there + "/meshes"), hash_of("meshes", here + "/meshes"));
-  const Outcome bad = Run({kClient, "config", "meshes", directory_ + "/b/content/hdris"});
+  const Outcome bad = Run({kClient, "config", "meshes", dir_ + "/b/content/hdris"});
   ExpectLine(bad, bad.exit, "no file of .glb, .obj, .ply");
   for (const auto& worker : workers) worker->Signal(SIGTERM);
   for (const auto& worker : workers) EXPECT_EQ(worker->Wait(), 0) << worker->Err();
@@ -212,7 +203,7 @@ TEST_F(SecureTest, OwnContentIsTheSameOnWorkersThatShareNoDisk) {
 // The same without any copy: the content comes through the coordinator's store, whose disk neither
 // worker sees.
 TEST_F(SecureTest, OwnContentComesThroughTheStoreToWorkersWithoutACopy) {
-  const std::string content = directory_ + "/mine";
+  const std::string content = dir_ + "/mine";
   for (const char* folder : {"/meshes/crates", "/hdris", "/textures"}) {
     fs::create_directories(content + folder);
   }
@@ -243,32 +234,32 @@ TEST_F(SecureTest, OwnContentComesThroughTheStoreToWorkersWithoutACopy) {
   for (const char* name : {"a", "b"}) {
     std::vector<std::string> command = WorkerCommand(Tls("worker-pool"));
     command[6] = name;
-    command[8] = directory_ + "/outbox-" + name;
-    command.insert(command.end(), {"--cache", directory_ + "/cache-" + name});
+    command[8] = dir_ + "/outbox-" + name;
+    command.insert(command.end(), {"--cache", dir_ + "/cache-" + name});
     // An operator's folder without the content.
-    command.insert(command.end(), {"--picture-root", directory_ + "/outbox-" + name});
-    fs::create_directories(directory_ + "/outbox-" + name);
+    command.insert(command.end(), {"--picture-root", dir_ + "/outbox-" + name});
+    fs::create_directories(dir_ + "/outbox-" + name);
     workers.push_back(std::make_unique<Process>(command));
   }
   const std::string ada = Tls("submitter-ada");
   const Outcome submit = Submit(WriteStudy(set), ada);
   ASSERT_EQ(submit.exit, 0) << submit.err;
   EXPECT_THAT(submit.err, HasSubstr("own content: 3 folders, 4 files"));
-  fs::rename(content, directory_ + "/gone");  // Nobody reads it where it was.
+  fs::rename(content, dir_ + "/gone");  // Nobody reads it where it was.
   const Outcome watch = Client({"watch", "tiny", "--json"}, ada);
   ASSERT_EQ(watch.exit, 0) << watch.err << watch.out;
-  const Outcome fetch = Client({"fetch", "tiny", "--out", directory_ + "/out", "--json"}, ada);
+  const Outcome fetch = Client({"fetch", "tiny", "--out", dir_ + "/out", "--json"}, ada);
   ASSERT_EQ(fetch.exit, 0) << fetch.err;
-  const std::string facts = *ReadFile(directory_ + "/out/v/frames/000000/000/frame.json");
+  const std::string facts = *ReadFile(dir_ + "/out/v/frames/000000/000/frame.json");
   EXPECT_THAT(facts, HasSubstr("\"class\":\"own:crates\""));
   EXPECT_THAT(facts, HasSubstr("\"class\":\"own:moss\""));
-  const Outcome verify = Run({kClient, "verify", directory_ + "/out"});
+  const Outcome verify = Run({kClient, "verify", dir_ + "/out"});
   EXPECT_EQ(verify.exit, 0) << verify.out;
 
   // Content that a worker used lies in its cache, and nothing of it anywhere else below.
   int brought = 0;
   for (const char* name : {"a", "b"}) {
-    const std::string cache = directory_ + "/cache-" + name + "-content";
+    const std::string cache = dir_ + "/cache-" + name + "-content";
     std::error_code error;
     for (const auto& folder : fs::directory_iterator(cache, error)) {
       ++brought;
@@ -277,8 +268,8 @@ TEST_F(SecureTest, OwnContentComesThroughTheStoreToWorkersWithoutACopy) {
   }
   EXPECT_GE(brought, 3);
   // A submitter puts content, and nothing else; whatever else is put there is refused.
-  EXPECT_TRUE(fs::exists(directory_ + "/store/" +
-                         ContentPath(*Sha256HexOfFile(directory_ + "/gone/hdris/grey.hdr"))));
+  EXPECT_TRUE(
+      fs::exists(dir_ + "/store/" + ContentPath(*Sha256HexOfFile(dir_ + "/gone/hdris/grey.hdr"))));
   for (const auto& worker : workers) worker->Signal(SIGTERM);
   for (const auto& worker : workers) EXPECT_EQ(worker->Wait(), 0) << worker->Err();
 }
@@ -290,20 +281,19 @@ TEST_F(SecureTest, AClientThatDoesNotSeeTheStoreStreamsItAndBringsNothingTwice) 
   EXPECT_THAT(fetched_, HasSubstr("\"files_streamed\": 0"));
   StopWorker();
   // Another marker: for the client it is as if another disk were mounted there.
-  const std::string marker = directory_ + "/store/.parallax-store";
+  const std::string marker = dir_ + "/store/.parallax-store";
   ASSERT_TRUE(WriteFile(marker, "{\"store\": \"0123\"}\n").ok());
-  const auto published =
-      std::count_if(fs::recursive_directory_iterator(directory_ + "/out/v/frames"),
-                    fs::recursive_directory_iterator(),
-                    [](const auto& entry) { return entry.is_regular_file(); });
+  const auto published = std::count_if(fs::recursive_directory_iterator(dir_ + "/out/v/frames"),
+                                       fs::recursive_directory_iterator(),
+                                       [](const auto& entry) { return entry.is_regular_file(); });
   EXPECT_GT(published, 4 * 10) << "four pairs with all their maps";
-  fs::remove_all(directory_ + "/out");
-  const std::vector<std::string> again = {"fetch", "tiny", "--out", directory_ + "/out", "--json"};
+  fs::remove_all(dir_ + "/out");
+  const std::vector<std::string> again = {"fetch", "tiny", "--out", dir_ + "/out", "--json"};
   const Outcome streamed = Client(again, "");
   EXPECT_EQ(streamed.exit, 0) << streamed.err;
   EXPECT_THAT(streamed.out, HasSubstr("\"files_streamed\": " + std::to_string(published) + ","));
   EXPECT_THAT(streamed.out, HasSubstr("\"frames_added\": 4"));
-  EXPECT_TRUE(ReadFile(directory_ + "/out/v/frames/000000/000/left.png").ok());
+  EXPECT_TRUE(ReadFile(dir_ + "/out/v/frames/000000/000/left.png").ok());
   const Outcome nothing_new = Client(again, "");
   EXPECT_THAT(nothing_new.out, HasSubstr("\"files_streamed\": 0"));
   EXPECT_THAT(nothing_new.out, HasSubstr("\"frames_present\": 4"));
@@ -314,31 +304,30 @@ TEST_F(SecureTest, OtherFiltersNeedNoWorkerAndFetchRewritesTheVerdicts) {
   worker_ = std::make_unique<Process>(WorkerCommand(""));
   MakeDataset("");
   StopWorker();
-  const std::string index = directory_ + "/out/v/index.jsonl";
+  const std::string index = dir_ + "/out/v/index.jsonl";
   EXPECT_THAT(*ReadFile(index), Not(HasSubstr("\"threshold\":50.0")));
 
   const Outcome submit = Submit(WriteStudy("    set: {filters: {min_depth_m: 50}}\n"), "");
   ASSERT_EQ(submit.exit, 0) << submit.err;
   const Outcome watch = Client({"watch", "tiny", "--json"}, "");
   ASSERT_EQ(watch.exit, 0) << watch.err << watch.out;
-  const Outcome fetch = Client({"fetch", "tiny", "--out", directory_ + "/out", "--json"}, "");
+  const Outcome fetch = Client({"fetch", "tiny", "--out", dir_ + "/out", "--json"}, "");
   ASSERT_EQ(fetch.exit, 0) << fetch.err;
   EXPECT_THAT(fetch.out, HasSubstr("\"frames_present\": 4"));
   EXPECT_THAT(fetch.out, HasSubstr("\"frames_added\": 0"));
   EXPECT_THAT(*ReadFile(index), HasSubstr("\"threshold\":50.0"));
-  EXPECT_THAT(*ReadFile(directory_ + "/out/v/dataset.json"),
-              HasSubstr("\"pairs_passing_filters\": 0"));
+  EXPECT_THAT(*ReadFile(dir_ + "/out/v/dataset.json"), HasSubstr("\"pairs_passing_filters\": 0"));
 }
 
 TEST_F(SecureTest, AWorkerWithoutTheSharedDiskRefusesAndMakesNothing) {
   Serve({"--store-access", "direct"});
   std::vector<std::string> command = WorkerCommand("");
-  command.insert(command.end(), {"--store", directory_ + "/mnt", "--log-level", "error"});
+  command.insert(command.end(), {"--store", dir_ + "/mnt", "--log-level", "error"});
   ExpectLine(Run(command), 1, "there is no such folder on this machine; mount");
-  EXPECT_FALSE(fs::exists(directory_ + "/mnt"));
-  fs::create_directories(directory_ + "/mnt");
+  EXPECT_FALSE(fs::exists(dir_ + "/mnt"));
+  fs::create_directories(dir_ + "/mnt");
   ExpectLine(Run(command), 1, "is the shared disk mounted here?");
-  EXPECT_TRUE(fs::is_empty(directory_ + "/mnt"));
+  EXPECT_TRUE(fs::is_empty(dir_ + "/mnt"));
 }
 
 TEST_F(SecureTest, EachRoleIsHeldToItsOwn) {
@@ -357,12 +346,12 @@ TEST_F(SecureTest, ARevokedCertificateIsRefusedWithoutARestart) {
   Init();
   Serve({"--tls", Tls("server")});
   EXPECT_EQ(Client({"status"}, Tls("submitter-ada")).exit, 0);
-  fs::copy(Tls("submitter-ada"), directory_ + "/stolen");
-  const Outcome init = Run({kCoordinator, "init", directory_ + "/tls", "--revoke", "submitter-ada",
+  fs::copy(Tls("submitter-ada"), dir_ + "/stolen");
+  const Outcome init = Run({kCoordinator, "init", dir_ + "/tls", "--revoke", "submitter-ada",
                             "--renew", "submitter-ada"});
   ASSERT_EQ(init.exit, 0) << init.err;
   usleep(1'100'000);  // The coordinator looks once a second.
-  ExpectLine(Client({"status"}, directory_ + "/stolen"), 2, "the certificate of 'ada' is revoked");
+  ExpectLine(Client({"status"}, dir_ + "/stolen"), 2, "the certificate of 'ada' is revoked");
   EXPECT_EQ(Client({"status"}, Tls("submitter-ada")).exit, 0);
 }
 
@@ -373,13 +362,13 @@ TEST_F(SecureTest, AClientOrWorkerWithoutCertificateIsToldWhatToDo) {
   std::vector<std::string> command = WorkerCommand("");
   command.insert(command.end(), {"--log-level", "error"});
   ExpectLine(Run(command), 3, "speaks TLS; give --tls DIR");
-  ExpectLine(Client({"status"}, directory_), 2, "coordinator init DIR --issue ROLE NAME");
+  ExpectLine(Client({"status"}, dir_), 2, "coordinator init DIR --issue ROLE NAME");
 }
 
 TEST_F(SecureTest, WrongAuthorityHostAndDateHaveOneLineEach) {
   Init();
   Serve({"--tls", Tls("server")});
-  const std::string other = directory_ + "/other";
+  const std::string other = dir_ + "/other";
   ASSERT_EQ(Run({kCoordinator, "init", other, "--issue", "submitter", "ada"}).exit, 0);
   ExpectLine(Client({"status"}, other + "/submitter-ada"), 2, "/ca.crt did not sign");
 
@@ -394,16 +383,16 @@ TEST_F(SecureTest, WrongAuthorityHostAndDateHaveOneLineEach) {
     ASSERT_TRUE(WriteFile(folder + "/revoked", "# none\n").ok());
   };
   const CertificateOrder past = {.name = "ada", .now_unix_s = now_s - 864000, .days = 1};
-  write(directory_ + "/expired", *IssueClient(ca, past, Role::kSubmitter));
-  ExpectLine(Client({"status"}, directory_ + "/expired"), 2, "/expired/tls.crt expired on ");
-  ExpectLine(Run({kCoordinator, "serve", "--db", directory_ + "/x.db", "--store",
-                  directory_ + "/store", "--tls", directory_ + "/expired"}),
+  write(dir_ + "/expired", *IssueClient(ca, past, Role::kSubmitter));
+  ExpectLine(Client({"status"}, dir_ + "/expired"), 2, "/expired/tls.crt expired on ");
+  ExpectLine(Run({kCoordinator, "serve", "--db", dir_ + "/x.db", "--store", dir_ + "/store",
+                  "--tls", dir_ + "/expired"}),
              2, "/expired/tls.crt expired on ");
 
   const CertificateOrder today = {.name = "coordinator", .now_unix_s = now_s, .days = 1};
-  write(directory_ + "/elsewhere", *IssueServer(ca, today, {"farm.example.org"}));
+  write(dir_ + "/elsewhere", *IssueServer(ca, today, {"farm.example.org"}));
   coordinator_.reset();
-  Serve({"--tls", directory_ + "/elsewhere"});
+  Serve({"--tls", dir_ + "/elsewhere"});
   ExpectLine(Client({"status"}, Tls("submitter-ada")), 2,
              "certificate for farm.example.org and not for 127.0.0.1");
   coordinator_.reset();
@@ -413,11 +402,9 @@ TEST_F(SecureTest, WrongAuthorityHostAndDateHaveOneLineEach) {
 
 TEST_F(SecureTest, OtherAddressesNeedTlsAndThePageNeedsItsToken) {
   Init();
-  const std::vector<std::string> serve = {kCoordinator, "serve",
-                                          "--db",       directory_ + "/queue.db",
-                                          "--store",    directory_ + "/store",
-                                          "--listen",   "127.0.0.1:0",
-                                          "--http",     "0.0.0.0:0"};
+  const std::vector<std::string> serve = {
+      kCoordinator,    "serve",    "--db",        dir_ + "/queue.db", "--store",
+      dir_ + "/store", "--listen", "127.0.0.1:0", "--http",           "0.0.0.0:0"};
   ExpectLine(Run(serve), 2, "--tls DIR");
   ASSERT_TRUE(WriteFile(Tls("worker-pool") + "/revoked", "# none\n").ok());
   std::vector<std::string> no_token = serve;

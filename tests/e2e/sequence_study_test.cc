@@ -1,7 +1,6 @@
 // `parallax run`, `verify` and `export` of ways through a room with things that move.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
@@ -9,6 +8,7 @@
 #include <string>
 
 #include "tests/e2e/process.h"
+#include "tests/folder_test.h"
 
 namespace parallax::e2e {
 namespace {
@@ -36,13 +36,13 @@ constexpr char kStudy[] =
     "        maps: [depth, disparity, occlusion, objects, flow]\n"
     "      sensor: {preset: ideal, exposure_ms: 50}\n";
 
-TEST(SequencesRun, MakesFlowThatVerifyAcceptsAndTrainersRead) {
-  std::string dir = fs::temp_directory_path() / "parallax_ways_XXXXXX";
-  ASSERT_NE(mkdtemp(dir.data()), nullptr);
-  std::ofstream(dir + "/indoor.yaml") << ReadText(INDOOR_CONFIG);
-  std::ofstream(dir + "/ways.yaml") << kStudy;
-  const std::string out = dir + "/out";
-  Process run({PARALLAX_BINARY, "run", dir + "/ways.yaml", "--out", out, "--json"});
+using SequencesRun = FolderTest;
+
+TEST_F(SequencesRun, MakesFlowThatVerifyAcceptsAndTrainersRead) {
+  std::ofstream(dir_ + "/indoor.yaml") << ReadText(INDOOR_CONFIG);
+  std::ofstream(dir_ + "/ways.yaml") << kStudy;
+  const std::string out = dir_ + "/out";
+  Process run({PARALLAX_BINARY, "run", dir_ + "/ways.yaml", "--out", out, "--json"});
   ASSERT_EQ(run.Wait(), 0) << run.Err();
   EXPECT_EQ(Json::parse(run.Out(), nullptr, false)["pairs_rendered"], 4);
 
@@ -59,10 +59,9 @@ TEST(SequencesRun, MakesFlowThatVerifyAcceptsAndTrainersRead) {
   Process verify({PARALLAX_BINARY, "verify", out});
   EXPECT_EQ(verify.Wait(), 0) << verify.Out() << verify.Err();
   Process to_sintel({PARALLAX_BINARY, "export", out, "--layout", "sintel", "--unfiltered", "--out",
-                     dir + "/sintel"});
+                     dir_ + "/sintel"});
   EXPECT_EQ(to_sintel.Wait(), 0) << to_sintel.Err();
-  EXPECT_TRUE(fs::exists(dir + "/sintel/Sintel/training/flow/000000-p1-b0/frame_0001.flo"));
-  fs::remove_all(dir);
+  EXPECT_TRUE(fs::exists(dir_ + "/sintel/Sintel/training/flow/000000-p1-b0/frame_0001.flo"));
 }
 
 }  // namespace

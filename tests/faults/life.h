@@ -57,6 +57,12 @@ class AckLog {
   Shared* shared_;
 };
 
+// The kinds of jobs of a life: each study's noop jobs wait for its pairs and for each other.
+const KindRegistry& Kinds();
+// A worker of a life, and its report on a job.
+WorkerFacts LivingWorker(const std::string& name);
+v1::CompleteRequest AnswerOf(const v1::Lease& lease, const std::string& worker);
+
 struct LifeOptions {
   JobQueueOptions queue;  // With db_path, vfs, fail_point, unsafe_for_test.
   FakeClock* clock = nullptr;

@@ -38,16 +38,19 @@ class JobQueue::Impl {
   absl::Status Open();
   absl::Status OpenStore();
 
+  // Runs a command on the writing thread and waits for its commit.
+  template <typename Command>
+  auto Do(const char* name, const Command& command) {
+    return writer_->Do(name, [&] { return command(*machine_); });
+  }
+
   // Runs a command on the writing thread; after its commit, `finish` gets the result on the
   // finisher's.
-  template <typename T, typename Apply, typename Finish>
+  template <typename Apply, typename Finish>
   void DoAsync(const char* name, Finisher::Turn turn, Apply apply, Finish finish) {
-    auto result = std::make_shared<absl::StatusOr<T>>();
+    auto result = std::make_shared<decltype(apply())>();
     writer_->Enqueue({name,
-                      [result, apply = std::move(apply)] {
-                        *result = apply();
-                        return result->status();
-                      },
+                      [result, apply = std::move(apply)] { return StatusOf(*result = apply()); },
                       [this, turn, result, finish = std::move(finish)](const absl::Status& status) {
                         if (!status.ok()) *result = status;
                         finisher_->Enqueue(turn, [result, finish] { finish(*result); });
@@ -63,7 +66,7 @@ class JobQueue::Impl {
     }
     return leases;
   }
-  static absl::StatusOr<v1::ReportOutcome> OutcomeOf(const Machine::Verdict& verdict) {
+  static absl::StatusOr<v1::ReportOutcome> OutcomeOf(const ReportVerdict& verdict) {
     if (verdict.invalid.empty()) return verdict.outcome;
     return InvalidArgument("{}", verdict.invalid);
   }
@@ -116,7 +119,7 @@ absl::Status JobQueue::Impl::Open() {
   RETURN_IF_ERROR(AuditLimits(*db_, options_.limits, options_.clock->UnixSeconds()));
   machine_ = std::make_unique<Machine>(*db_, options_, epoch_);
   RETURN_IF_ERROR(machine_->Load());
-  machine_->SetProgress([this](int64_t job) { return ProgressOf(job); });
+  machine_->reports().SetProgress([this](int64_t job) { return ProgressOf(job); });
   RETURN_IF_ERROR(WithContext(ready_.Load(*db_, *options_.kinds), options_.db_path));
   upkeep_ = std::make_unique<Upkeep>(*machine_, book_, options_);
   ASSIGN_OR_RETURN(readers_, Readers::Open(options_.db_path, options_.vfs, options_.readers,
@@ -180,66 +183,69 @@ void JobQueue::SetObserver(JobQueueObserver* observer) { impl_->news_.SetObserve
 absl::StatusOr<v1::SubmitReply> JobQueue::Submit(const v1::SubmitRequest& request,
                                                  std::string_view actor) {
   RETURN_IF_ERROR(CheckStudySpec(request.study()));
-  return impl_->writer_->Do<v1::SubmitReply>(
-      "submit", [&] { return impl_->machine_->Submit(request, actor); });
+  return impl_->Do("submit",
+                   [&](Machine& machine) { return machine.studies().Submit(request, actor); });
 }
 
 absl::Status JobQueue::Cancel(StudyId study, std::string_view reason, std::string_view actor) {
-  return impl_->writer_->DoStatus(
-      "cancel", [&] { return impl_->machine_->Cancel(study.value, reason, actor); });
+  return impl_->Do("cancel", [&](Machine& machine) {
+    return machine.studies().Cancel(study.value, reason, actor);
+  });
 }
 
 absl::Status JobQueue::Pause(StudyId study, std::string_view reason, std::string_view actor) {
-  return impl_->writer_->DoStatus(
-      "pause", [&] { return impl_->machine_->SetPaused(study.value, true, reason, actor); });
+  return impl_->Do("pause", [&](Machine& machine) {
+    return machine.studies().SetPaused(study.value, true, reason, actor);
+  });
 }
 
 absl::Status JobQueue::Resume(StudyId study, std::string_view reason, std::string_view actor) {
-  return impl_->writer_->DoStatus(
-      "resume", [&] { return impl_->machine_->SetPaused(study.value, false, reason, actor); });
+  return impl_->Do("resume", [&](Machine& machine) {
+    return machine.studies().SetPaused(study.value, false, reason, actor);
+  });
 }
 
 absl::Status JobQueue::SetMaxRunning(StudyId study, int64_t max_running, std::string_view reason,
                                      std::string_view actor) {
-  return impl_->writer_->DoStatus("limit", [&] {
-    return impl_->machine_->SetMaxRunning(study.value, max_running, reason, actor);
+  return impl_->Do("limit", [&](Machine& machine) {
+    return machine.limits().SetMaxRunning(study.value, max_running, reason, actor);
   });
 }
 
 absl::StatusOr<int64_t> JobQueue::Retry(StudyId study, std::string_view actor) {
-  return impl_->writer_->Do<int64_t>("retry",
-                                     [&] { return impl_->machine_->Retry(study.value, actor); });
+  return impl_->Do("retry",
+                   [&](Machine& machine) { return machine.retries().Retry(study.value, actor); });
 }
 
 absl::StatusOr<v1::ForgetReply> JobQueue::Forget(StudyId study, std::string_view reason,
                                                  std::string_view actor) {
-  return impl_->writer_->Do<v1::ForgetReply>("forget", [&]() -> absl::StatusOr<v1::ForgetReply> {
+  return impl_->Do("forget", [&](Machine& machine) -> absl::StatusOr<v1::ForgetReply> {
     ASSIGN_OR_RETURN(const v1::ForgetReply had,
-                     impl_->machine_->Forget(study.value, reason, actor));
+                     machine.forgetting().Forget(study.value, reason, actor));
     impl_->upkeep_->RemoveOldNow();
     return had;
   });
 }
 
 absl::Status JobQueue::Drain(const v1::DrainOrder& order, bool undo) {
-  return impl_->writer_->DoStatus("drain", [&] { return impl_->machine_->Drain(order, undo); });
+  return impl_->Do("drain", [&](Machine& machine) { return machine.limits().Drain(order, undo); });
 }
 
 // ---- Workers
 absl::StatusOr<std::vector<v1::Lease>> JobQueue::Lease(const WorkerFacts& worker, int max_jobs) {
   const int n = std::min(max_jobs, kMostLeases);
-  ASSIGN_OR_RETURN(const std::vector<GrantedLease> granted,
-                   impl_->writer_->Do<std::vector<GrantedLease>>(
-                       "lease", [&] { return impl_->machine_->Lease(worker, n); }));
+  ASSIGN_OR_RETURN(
+      const std::vector<GrantedLease> granted,
+      impl_->Do("lease", [&](Machine& machine) { return machine.scheduler().Lease(worker, n); }));
   return impl_->Messages(granted);
 }
 
 void JobQueue::LeaseAsync(const WorkerFacts& worker, int max_jobs,
                           std::function<void(absl::StatusOr<std::vector<v1::Lease>>)> done) {
   Impl* impl = impl_.get();
-  impl->DoAsync<std::vector<GrantedLease>>(
+  impl->DoAsync(
       "lease", Finisher::Turn::kFirst,
-      [=] { return impl->machine_->Lease(worker, std::min(max_jobs, kMostLeases)); },
+      [=] { return impl->machine_->scheduler().Lease(worker, std::min(max_jobs, kMostLeases)); },
       [=](const absl::StatusOr<std::vector<GrantedLease>>& granted) {
         if (!granted.ok()) return done(granted.status());
         done(impl->Messages(*granted));
@@ -248,9 +254,9 @@ void JobQueue::LeaseAsync(const WorkerFacts& worker, int max_jobs,
 
 absl::StatusOr<v1::ReportOutcome> JobQueue::Complete(const v1::CompleteRequest& request) {
   const CheckedReport report = CheckReport(request, *impl_->options_.kinds);
-  ASSIGN_OR_RETURN(const Machine::Verdict verdict,
-                   impl_->writer_->Do<Machine::Verdict>(
-                       "complete", [&] { return impl_->machine_->Complete(report); }));
+  ASSIGN_OR_RETURN(const ReportVerdict verdict, impl_->Do("complete", [&](Machine& machine) {
+    return machine.reports().Complete(report);
+  }));
   return Impl::OutcomeOf(verdict);
 }
 
@@ -260,44 +266,44 @@ void JobQueue::CompleteAsync(const v1::CompleteRequest& request, const std::stri
   auto report = std::make_shared<CheckedReport>(CheckReport(request, *impl_->options_.kinds));
   report->of_store = report->invalid.empty() && !invalid.empty();
   if (report->of_store) report->invalid = invalid;
-  impl->DoAsync<Machine::Verdict>(
-      "complete", Finisher::Turn::kAfterThose, [=] { return impl->machine_->Complete(*report); },
-      [=](const absl::StatusOr<Machine::Verdict>& verdict) {
+  impl->DoAsync(
+      "complete", Finisher::Turn::kAfterThose,
+      [=] { return impl->machine_->reports().Complete(*report); },
+      [=](const absl::StatusOr<ReportVerdict>& verdict) {
         if (!verdict.ok()) return done(verdict.status());
         done(Impl::OutcomeOf(*verdict));
       });
 }
 
 absl::StatusOr<v1::ReportOutcome> JobQueue::Fail(const v1::FailRequest& request) {
-  return impl_->writer_->Do<v1::ReportOutcome>("fail",
-                                               [&] { return impl_->machine_->Fail(request); });
+  return impl_->Do("fail", [&](Machine& machine) { return machine.reports().Fail(request); });
 }
 
 absl::StatusOr<v1::ReportOutcome> JobQueue::HandBack(const std::string& worker,
                                                      const v1::AttemptId& attempt,
                                                      std::string_view reason) {
-  return impl_->writer_->Do<v1::ReportOutcome>(
-      "hand_back", [&] { return impl_->machine_->HandBack(worker, attempt, reason); });
+  return impl_->Do("hand_back", [&](Machine& machine) {
+    return machine.reports().HandBack(worker, attempt, reason);
+  });
 }
 
 absl::StatusOr<std::vector<v1::AttemptId>> JobQueue::Adopt(
     const std::string& worker, const std::vector<v1::AttemptId>& holding, bool same_process) {
-  ASSIGN_OR_RETURN(std::vector<v1::AttemptId> adopted,
-                   impl_->writer_->Do<std::vector<v1::AttemptId>>("adopt", [&] {
-                     return impl_->machine_->Adopt(worker, holding, same_process);
-                   }));
+  ASSIGN_OR_RETURN(std::vector<v1::AttemptId> adopted, impl_->Do("adopt", [&](Machine& machine) {
+    return machine.reports().Adopt(worker, holding, same_process);
+  }));
   for (const v1::AttemptId& attempt : adopted) impl_->book_.Touch(worker, attempt);
   return adopted;
 }
 
 absl::StatusOr<int> JobQueue::WorkerLost(const std::string& worker) {
-  return impl_->writer_->Do<int>("worker_lost",
-                                 [&] { return impl_->machine_->WorkerLost(worker); });
+  return impl_->Do("worker_lost",
+                   [&](Machine& machine) { return machine.reports().WorkerLost(worker); });
 }
 
 absl::StatusOr<int> JobQueue::WorkerLeft(const std::string& worker) {
-  return impl_->writer_->Do<int>("worker_lost",
-                                 [&] { return impl_->machine_->WorkerLeft(worker); });
+  return impl_->Do("worker_lost",
+                   [&](Machine& machine) { return machine.reports().WorkerLeft(worker); });
 }
 
 std::vector<v1::AttemptId> JobQueue::Heartbeat(const std::string& worker,
@@ -306,12 +312,12 @@ std::vector<v1::AttemptId> JobQueue::Heartbeat(const std::string& worker,
 }
 
 absl::StatusOr<double> JobQueue::Tick() {
-  ASSIGN_OR_RETURN(const std::optional<double> next,
-                   impl_->writer_->Do<std::optional<double>>(
-                       "tick", [&]() -> absl::StatusOr<std::optional<double>> {
-                         RETURN_IF_ERROR(impl_->upkeep_->Tick());
-                         return impl_->machine_->NextBackoff();
-                       }));
+  ASSIGN_OR_RETURN(
+      const std::optional<double> next,
+      impl_->Do("tick", [&](Machine& machine) -> absl::StatusOr<std::optional<double>> {
+        RETURN_IF_ERROR(impl_->upkeep_->Tick());
+        return machine.tables().jobs.NextBackoff();
+      }));
   return impl_->upkeep_->SecondsToNext(next);
 }
 
@@ -345,12 +351,7 @@ absl::StatusOr<v1::ListAttemptsReply> JobQueue::ListAttempts(int64_t job) {
   return reply;
 }
 absl::StatusOr<std::vector<v1::DrainOrder>> JobQueue::Drains() {
-  std::vector<v1::DrainOrder> drains;
-  RETURN_IF_ERROR(impl_->readers_->Read(0, [&](SqliteConnection& db) -> absl::Status {
-    ASSIGN_OR_RETURN(drains, ListDrains(db));
-    return absl::OkStatus();
-  }));
-  return drains;
+  return impl_->readers_->Get(0, ListDrains);
 }
 absl::StatusOr<std::vector<v1::PublishedFrame>> JobQueue::ListFrames(
     const v1::ListFramesRequest& request) {
@@ -382,7 +383,7 @@ absl::StatusOr<v1::Scene> JobQueue::GetScene(const v1::GetSceneRequest& request)
 void JobQueue::KeepSample(const HistorySample& sample) {
   Impl* impl = impl_.get();
   impl_->writer_->Enqueue(
-      {"history", [impl, sample] { return impl->machine_->KeepSample(sample); }, nullptr});
+      {"history", [impl, sample] { return KeepSampleIn(*impl->db_, sample); }, nullptr});
 }
 absl::StatusOr<std::vector<HistorySample>> JobQueue::ListSamples(double since_unix_s) {
   return impl_->readers_->ListSamples(since_unix_s);
@@ -393,8 +394,8 @@ absl::StatusOr<std::vector<std::string>> JobQueue::ListLitter(double older_than_
   return impl_->readers_->ListLitter(impl_->options_.clock->UnixSeconds() - older_than_s, limit);
 }
 absl::Status JobQueue::ForgetLitter(const std::vector<std::string>& paths) {
-  return impl_->writer_->DoStatus("forget_litter",
-                                  [&] { return impl_->machine_->ForgetLitter(paths); });
+  return impl_->Do("forget_litter",
+                   [&](Machine& machine) { return machine.tables().folders.DeleteLitter(paths); });
 }
 
 absl::StatusOr<std::vector<std::string>> JobQueue::ListContentFolders() {
@@ -402,51 +403,34 @@ absl::StatusOr<std::vector<std::string>> JobQueue::ListContentFolders() {
 }
 
 absl::StatusOr<std::set<std::string>> JobQueue::ListAttemptFolders() {
-  std::set<std::string> folders;
-  RETURN_IF_ERROR(impl_->readers_->Read(0, [&](SqliteConnection& db) -> absl::Status {
-    ASSIGN_OR_RETURN(folders, AttemptFoldersIn(db, *impl_->options_.kinds));
-    return absl::OkStatus();
-  }));
-  return folders;
+  return impl_->readers_->Get(
+      0, [&](SqliteConnection& db) { return AttemptFoldersIn(db, *impl_->options_.kinds); });
 }
 
 // ---- Damage in the store
 absl::StatusOr<std::vector<StoredOutput>> JobQueue::ListStoredOutputs(const std::string& after,
                                                                       int limit) {
-  std::vector<StoredOutput> outputs;
-  RETURN_IF_ERROR(impl_->readers_->Read(0, [&](SqliteConnection& db) -> absl::Status {
-    ASSIGN_OR_RETURN(outputs, StoredOutputsIn(db, *impl_->options_.kinds, after, limit));
-    return absl::OkStatus();
-  }));
-  return outputs;
+  return impl_->readers_->Get(0, [&](SqliteConnection& db) {
+    return StoredOutputsIn(db, *impl_->options_.kinds, after, limit);
+  });
 }
 
 absl::StatusOr<std::vector<std::string>> JobQueue::ListUsesOf(const Sha256Digest& key) {
-  std::vector<std::string> uses;
-  RETURN_IF_ERROR(impl_->readers_->Read(0, [&](SqliteConnection& db) -> absl::Status {
-    ASSIGN_OR_RETURN(uses, UsesOfIn(db, key));
-    return absl::OkStatus();
-  }));
-  return uses;
+  return impl_->readers_->Get(0, [&](SqliteConnection& db) { return UsesOfIn(db, key); });
 }
 
 absl::StatusOr<TakenBack> JobQueue::TakeBack(const std::vector<DamagedResult>& damaged,
                                              std::string_view actor) {
-  return impl_->writer_->Do<TakenBack>("repair",
-                                       [&] { return impl_->machine_->TakeBack(damaged, actor); });
+  return impl_->Do("repair",
+                   [&](Machine& machine) { return machine.repair().TakeBack(damaged, actor); });
 }
 
 absl::StatusOr<std::optional<ScrubState>> JobQueue::GetScrub() {
-  std::optional<ScrubState> scrub;
-  RETURN_IF_ERROR(impl_->readers_->Read(0, [&](SqliteConnection& db) -> absl::Status {
-    ASSIGN_OR_RETURN(scrub, ScrubIn(db));
-    return absl::OkStatus();
-  }));
-  return scrub;
+  return impl_->readers_->Get(0, ScrubIn);
 }
 
 absl::Status JobQueue::KeepScrub(const ScrubState& scrub) {
-  return impl_->writer_->DoStatus("scrub", [&] { return impl_->machine_->KeepScrub(scrub); });
+  return impl_->Do("scrub", [&](Machine& machine) { return machine.repair().KeepScrub(scrub); });
 }
 
 absl::StatusOr<std::vector<RunningJob>> JobQueue::ListRunning() {
@@ -463,12 +447,8 @@ JobQueueStats JobQueue::Stats() const {
 
 // ---- Operations
 absl::StatusOr<std::vector<std::string>> JobQueue::Check() {
-  absl::StatusOr<std::vector<std::string>> found;
-  RETURN_IF_ERROR(impl_->readers_->Read(0, [&](SqliteConnection& db) {
-    found = AuditDatabase(db, *impl_->options_.kinds);
-    return found.status();
-  }));
-  return found;
+  return impl_->readers_->Get(
+      0, [&](SqliteConnection& db) { return AuditDatabase(db, *impl_->options_.kinds); });
 }
 
 absl::Status JobQueue::Backup(const std::string& path) {

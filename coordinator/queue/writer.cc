@@ -42,7 +42,7 @@ Writer::Writer(SqliteConnection& db, Machine& machine, const JobQueueOptions& op
         return SQLITE_OK;
       },
       this);
-  stats_.jobs = machine_.ledger().totals();
+  stats_.jobs = machine_.tables().ledger.totals();
   thread_ = std::thread([this] { Loop(); });
 }
 
@@ -68,15 +68,6 @@ void Writer::Enqueue(Command command) {
     }
   }
   if (command.done) command.done(Cancelled("the queue is closing"));
-}
-
-absl::Status Writer::DoStatus(const char* name, std::function<absl::Status()> apply) {
-  return Do<bool>(name,
-                  [&]() -> absl::StatusOr<bool> {
-                    RETURN_IF_ERROR(apply());
-                    return true;
-                  })
-      .status();
 }
 
 void Writer::AddStats(JobQueueStats& stats) const {
@@ -171,7 +162,7 @@ void Writer::RunGroup(std::vector<Command>& group) {
     stats_.batch.Add(static_cast<double>(group.size()));
     stats_.largest_batch = std::max(stats_.largest_batch, static_cast<int>(group.size()));
     stats_.wal_pages = wal_pages_;
-    stats_.jobs = machine_.ledger().totals();
+    stats_.jobs = machine_.tables().ledger.totals();
   }
   for (size_t i = 0; i < group.size(); ++i) {
     if (group[i].done) group[i].done(results[i]);
@@ -200,35 +191,29 @@ absl::Status Writer::ApplyGroup(std::vector<Command>& group, std::vector<absl::S
     }
   }
   RETURN_IF_ERROR(ApplyOne("expand", [this] {
-    ASSIGN_OR_RETURN(expand_more_, machine_.Expand(kScenesPerGroup));
+    ASSIGN_OR_RETURN(expand_more_, machine_.expander().Expand(kScenesPerGroup));
     return absl::OkStatus();
   }));
   fail_point_.Begin("settle");
   RETURN_IF_ERROR(machine_.Settle());
-  RETURN_IF_ERROR(machine_.ledger().Flush());
+  RETURN_IF_ERROR(machine_.tables().ledger.Flush());
   return Commit();
 }
 
 absl::Status Writer::ApplyOne(const char* name, const std::function<absl::Status()>& apply) {
   fail_point_.Begin(name);
-  if (savepoints_) return ApplyInSavepoint(apply);
+  if (savepoints_) RETURN_IF_ERROR(db_.Run("SAVEPOINT command"));
   const int64_t written = db_.rows_written();
   machine_.BeginCommand();
   absl::Status status = apply();
   if (status.ok()) status = machine_.EndCommand();
-  if (status.ok()) return status;
-  machine_.UndoCommand();
-  half_done_ = db_.in_transaction() && db_.rows_written() != written && !IsFatal(status);
-  return status;
-}
-
-absl::Status Writer::ApplyInSavepoint(const std::function<absl::Status()>& apply) {
-  RETURN_IF_ERROR(db_.Run("SAVEPOINT command"));
-  machine_.BeginCommand();
-  absl::Status status = apply();
-  if (status.ok()) status = machine_.EndCommand();
+  if (!status.ok()) machine_.UndoCommand();
+  if (!savepoints_) {
+    half_done_ =
+        !status.ok() && db_.in_transaction() && db_.rows_written() != written && !IsFatal(status);
+    return status;
+  }
   if (!status.ok()) {
-    machine_.UndoCommand();
     if (!db_.in_transaction()) return status;
     RETURN_IF_ERROR(db_.Run("ROLLBACK TO command"));
   }

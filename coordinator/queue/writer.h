@@ -23,6 +23,13 @@
 
 namespace parallax {
 
+// Returns the status of a command's result. Errors: the command's.
+inline absl::Status StatusOf(const absl::Status& status) { return status; }
+template <typename T>
+absl::Status StatusOf(const absl::StatusOr<T>& result) {
+  return result.status();
+}
+
 // Figures of the writer since the program started; seconds are wall-clock seconds.
 struct WriterStats {
   uint64_t commits = 0;
@@ -61,10 +68,10 @@ class Writer {
 
   // Accepts a command. Thread-safe. After the destructor has begun, `done` gets kCancelled.
   void Enqueue(Command command);
-  // Run a command and wait for its commit. Thread-safe. Errors: those of `apply`; the commit's.
-  template <typename T>
-  absl::StatusOr<T> Do(const char* name, std::function<absl::StatusOr<T>()> apply);
-  absl::Status DoStatus(const char* name, std::function<absl::Status()> apply);
+  // Runs a command and waits for its commit. Returns what `apply` does, a Status or StatusOr.
+  // Thread-safe. Errors: those of `apply`; the commit's.
+  template <typename Apply>
+  auto Do(const char* name, const Apply& apply) -> decltype(apply());
   // Sets the figures of the writer and the numbers of jobs. Thread-safe.
   void AddStats(JobQueueStats& stats) const;
 
@@ -75,7 +82,6 @@ class Writer {
   absl::Status Begin();
   absl::Status ApplyGroup(std::vector<Command>& group, std::vector<absl::Status>& results);
   absl::Status ApplyOne(const char* name, const std::function<absl::Status()>& apply);
-  absl::Status ApplyInSavepoint(const std::function<absl::Status()>& apply);
   absl::Status Commit();
   void Rollback(const absl::Status& cause);
   void CheckpointIfLong();
@@ -102,15 +108,11 @@ class Writer {
   std::thread thread_;
 };
 
-template <typename T>
-absl::StatusOr<T> Writer::Do(const char* name, std::function<absl::StatusOr<T>()> apply) {
-  absl::StatusOr<T> result = Unknown("not run");
+template <typename Apply>
+auto Writer::Do(const char* name, const Apply& apply) -> decltype(apply()) {
+  decltype(apply()) result = Unknown("not run");
   std::binary_semaphore answered(0);
-  Enqueue({name,
-           [&] {
-             result = apply();
-             return result.status();
-           },
+  Enqueue({name, [&] { return StatusOf(result = apply()); },
            [&](const absl::Status& status) {
              if (!status.ok()) result = status;
              answered.release();

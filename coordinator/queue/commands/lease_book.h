@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/base/system/clock.h"
-#include "coordinator/queue/commands/machine.h"
+#include "coordinator/queue/lease.h"
 
 namespace parallax {
 

@@ -12,15 +12,9 @@
 #include <unordered_map>
 
 #include "coordinator/queue/commands/policy.h"
+#include "coordinator/queue/lease.h"
 
 namespace parallax {
-
-// How a lease ended.
-enum class LeaseEnd {
-  kGivenBack,  // The job goes on and nobody was lost: handed back, never arrived, failed.
-  kLost,       // With its worker.
-  kOver,       // So did the job.
-};
 
 // Times are steady seconds, which never go back from call to call.
 class LossEvidence {

@@ -5,7 +5,6 @@
 #include <mutex>
 
 #include "coordinator/queue/commands/lease_book.h"
-#include "coordinator/queue/commands/machine.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/queue/tables/ready_board.h"
 

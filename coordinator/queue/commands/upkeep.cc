@@ -13,15 +13,15 @@ constexpr std::chrono::seconds kRemoveEvery{60};
 }  // namespace
 
 absl::Status Upkeep::Tick() {
-  RETURN_IF_ERROR(machine_.Expire(book_.Expired()));
-  RETURN_IF_ERROR(machine_.WakeRetries());
+  RETURN_IF_ERROR(machine_.reports().Expire(book_.Expired()));
+  RETURN_IF_ERROR(machine_.retries().Wake());
   return RemovalIsDue() ? RemoveSome() : absl::OkStatus();
 }
 
 absl::Status Upkeep::RemoveSome() {
-  ASSIGN_OR_RETURN(bool more, machine_.RemoveForgotten(kRemovedAtOnce));
+  ASSIGN_OR_RETURN(bool more, machine_.forgetting().RemoveSome(kRemovedAtOnce));
   if (!more) {
-    ASSIGN_OR_RETURN(more, machine_.Archive(kArchivedAtOnce));
+    ASSIGN_OR_RETURN(more, machine_.forgetting().Archive(kArchivedAtOnce));
   }
   if (!more) remove_at_ = options_.clock->Steady() + kRemoveEvery;
   return absl::OkStatus();
@@ -29,7 +29,7 @@ absl::Status Upkeep::RemoveSome() {
 
 bool Upkeep::IsDue() const {
   if (RemovalIsDue()) return true;
-  const auto next = machine_.NextBackoff();
+  const auto next = machine_.tables().jobs.NextBackoff();
   return next.ok() && SecondsToNext(*next) <= 0;
 }
 

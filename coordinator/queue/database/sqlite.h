@@ -32,6 +32,11 @@ struct SqlBlob {
   std::string_view bytes;
 };
 
+// Returns what is bound for an id: NULL for 0.
+inline std::optional<int64_t> NullIfZero(int64_t id) {
+  return id == 0 ? std::nullopt : std::optional<int64_t>(id);
+}
+
 class SqliteConnection {
  public:
   enum class Mode { kReadWriteCreate, kReadWrite, kReadOnly };
@@ -50,6 +55,9 @@ class SqliteConnection {
   // Runs a query and returns the first column of the first row, if there is one and it is not NULL.
   template <typename... Args>
   absl::StatusOr<std::optional<int64_t>> Integer(const char* sql, const Args&... args);
+  // Runs a query and returns whether it has a row.
+  template <typename... Args>
+  absl::StatusOr<bool> Has(const char* sql, const Args&... args);
   // Runs a query and returns the first column of all rows.
   template <typename... Args>
   absl::StatusOr<std::vector<int64_t>> Integers(const char* sql, const Args&... args);
@@ -95,6 +103,14 @@ class SqliteQuery {
 
   bool Next();  // False at the end and after an error.
   const absl::Status& status() const { return status_; }
+  // Returns `row_of()` of each row that is left.
+  template <typename RowOf>
+  auto Rows(const RowOf& row_of) -> absl::StatusOr<std::vector<decltype(row_of())>> {
+    std::vector<decltype(row_of())> rows;
+    while (Next()) rows.push_back(row_of());
+    RETURN_IF_ERROR(status_);
+    return rows;
+  }
 
   // Columns of the current row, from 0. Require that the last Next() returned true.
   int64_t Int(int column) const;
@@ -161,13 +177,18 @@ absl::StatusOr<std::optional<int64_t>> SqliteConnection::Integer(const char* sql
 }
 
 template <typename... Args>
+absl::StatusOr<bool> SqliteConnection::Has(const char* sql, const Args&... args) {
+  SqliteQuery query(*this, sql, args...);
+  const bool has = query.Next();
+  RETURN_IF_ERROR(query.status());
+  return has;
+}
+
+template <typename... Args>
 absl::StatusOr<std::vector<int64_t>> SqliteConnection::Integers(const char* sql,
                                                                 const Args&... args) {
   SqliteQuery query(*this, sql, args...);
-  std::vector<int64_t> values;
-  while (query.Next()) values.push_back(query.Int(0));
-  RETURN_IF_ERROR(query.status());
-  return values;
+  return query.Rows([&] { return query.Int(0); });
 }
 
 }  // namespace parallax

@@ -1,4 +1,4 @@
-// Reads the audit table for clients. Machine::Audit writes its rows, each in the transaction of
+// Reads the audit table for clients. Tables::Audit writes its rows, each in the transaction of
 // the change that it records.
 #include "common/base/status.h"
 #include "coordinator/queue/reads/readers.h"
@@ -12,8 +12,7 @@ constexpr int64_t kEntriesUnlessTold = 100;
 
 absl::StatusOr<std::vector<v1::AuditEntry>> Readers::ListAudit(
     const v1::ListAuditRequest& request) {
-  std::vector<v1::AuditEntry> entries;
-  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
+  return Get(deadline_s_, [&](SqliteConnection& db) {
     const int64_t limit = request.limit() > 0 ? request.limit() : kEntriesUnlessTold;
     SqliteQuery query(db,
                       "SELECT id, unix_s, actor, action, coalesce(study_id, 0),"
@@ -21,35 +20,29 @@ absl::StatusOr<std::vector<v1::AuditEntry>> Readers::ListAudit(
                       " WHERE (?1 = 0 OR study_id = ?1) AND (?2 = 0 OR id < ?2)"
                       " ORDER BY id DESC LIMIT ?3",
                       request.study_id(), request.before(), limit);
-    while (query.Next()) {
-      v1::AuditEntry& entry = entries.emplace_back();
+    return query.Rows([&] {
+      v1::AuditEntry entry;
       entry.set_id(query.Int(0));
       entry.set_unix_s(query.Real(1));
       entry.set_actor(std::string(query.Text(2)));
       entry.set_action(std::string(query.Text(3)));
       entry.set_study_id(query.Int(4));
       entry.set_detail(std::string(query.Text(5)));
-    }
-    return query.status();
-  }));
-  return entries;
+      return entry;
+    });
+  });
 }
 
 absl::StatusOr<std::string> Readers::SubmitterOf(int64_t study) {
-  std::string actor;
-  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) -> absl::Status {
+  return Get(deadline_s_, [&](SqliteConnection& db) -> absl::StatusOr<std::string> {
     SqliteQuery query(db,
                       "SELECT actor FROM audit WHERE study_id = ?1 AND action = 'submit'"
                       " ORDER BY id LIMIT 1",
                       study);
-    if (query.Next()) {
-      actor = std::string(query.Text(0));
-      return absl::OkStatus();
-    }
+    if (query.Next()) return std::string(query.Text(0));
     RETURN_IF_ERROR(query.status());
     return NotFound("there is no study {}", study);
-  }));
-  return actor;
+  });
 }
 
 }  // namespace parallax

@@ -251,12 +251,10 @@ absl::Status CheckRigs(SqliteConnection& db, Violations& out) {
     const auto rigs = ParseRigs(jobs.Text(3));
     bool all = rigs.ok() && static_cast<int64_t>(rigs->size()) == jobs.Int(4);
     for (size_t i = 0; all && i < rigs->size(); ++i) {
-      ASSIGN_OR_RETURN(const auto found,
-                       db.Integer("SELECT 1 FROM frames WHERE variant_id = ?1 AND ordinal = ?2"
-                                  " AND rig = ?3 UNION ALL SELECT 1 FROM repairs"
-                                  " WHERE variant_id = ?1 AND ordinal = ?2 AND rig = ?3",
-                                  jobs.Int(1), jobs.Int(2), (*rigs)[i]));
-      all = found.has_value();
+      ASSIGN_OR_RETURN(all, db.Has("SELECT 1 FROM frames WHERE variant_id = ?1 AND ordinal = ?2"
+                                   " AND rig = ?3 UNION ALL SELECT 1 FROM repairs"
+                                   " WHERE variant_id = ?1 AND ordinal = ?2 AND rig = ?3",
+                                   jobs.Int(1), jobs.Int(2), (*rigs)[i]));
     }
     if (!all) out.push_back(fmt::format("a job has all its frames: not {}", jobs.Int(0)));
   }

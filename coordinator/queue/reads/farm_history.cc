@@ -1,7 +1,6 @@
 // The farm's figures in the database: one small row a minute, at most two days of them.
 #include "coordinator/queue/reads/farm_history.h"
 
-#include "coordinator/queue/commands/machine.h"
 #include "coordinator/queue/reads/readers.h"
 
 namespace parallax {
@@ -12,30 +11,27 @@ constexpr double kClockSetBack_s = 3600;
 
 }  // namespace
 
-absl::Status Machine::KeepSample(const HistorySample& sample) {
+absl::Status KeepSampleIn(SqliteConnection& db, const HistorySample& sample) {
   RETURN_IF_ERROR(
-      db_.Run("INSERT INTO farm_history(unix_s, pairs_per_hour, ready, running, waiting, workers,"
-              " slots, busy) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8) ON CONFLICT DO NOTHING",
-              sample.unix_s, sample.pairs_per_hour, sample.ready, sample.running, sample.waiting,
-              sample.workers, sample.slots, sample.busy));
-  return db_.Run("DELETE FROM farm_history WHERE unix_s < ?1 OR unix_s > ?2",
-                 sample.unix_s - kKeptFor_s, sample.unix_s + kClockSetBack_s);
+      db.Run("INSERT INTO farm_history(unix_s, pairs_per_hour, ready, running, waiting, workers,"
+             " slots, busy) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8) ON CONFLICT DO NOTHING",
+             sample.unix_s, sample.pairs_per_hour, sample.ready, sample.running, sample.waiting,
+             sample.workers, sample.slots, sample.busy));
+  return db.Run("DELETE FROM farm_history WHERE unix_s < ?1 OR unix_s > ?2",
+                sample.unix_s - kKeptFor_s, sample.unix_s + kClockSetBack_s);
 }
 
 absl::StatusOr<std::vector<HistorySample>> Readers::ListSamples(double since_unix_s) {
-  std::vector<HistorySample> samples;
-  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) -> absl::Status {
+  return Get(deadline_s_, [&](SqliteConnection& db) {
     SqliteQuery query(db,
                       "SELECT unix_s, pairs_per_hour, ready, running, waiting, workers, slots, busy"
                       " FROM farm_history WHERE unix_s >= ?1 ORDER BY unix_s",
                       since_unix_s);
-    while (query.Next()) {
-      samples.push_back({query.Real(0), query.Real(1), query.Int(2), query.Int(3), query.Int(4),
-                         query.Int(5), query.Int(6), query.Int(7)});
-    }
-    return query.status();
-  }));
-  return samples;
+    return query.Rows([&] {
+      return HistorySample{query.Real(0), query.Real(1), query.Int(2), query.Int(3),
+                           query.Int(4),  query.Int(5),  query.Int(6), query.Int(7)};
+    });
+  });
 }
 
 }  // namespace parallax

@@ -57,17 +57,15 @@ absl::StatusOr<std::set<std::string>> AttemptFoldersIn(SqliteConnection& db,
 }
 
 absl::StatusOr<std::vector<std::string>> UsesOfIn(SqliteConnection& db, const Sha256Digest& key) {
-  std::vector<std::string> uses;
   SqliteQuery pairs(db,
                     "SELECT s.id, s.name, v.name, f.ordinal, f.rig FROM frames AS f"
                     " JOIN studies AS s ON s.id = f.study_id JOIN variants AS v"
                     " ON v.id = f.variant_id WHERE f.frame_key = ?1 AND s.forgotten = 0",
                     key);
-  while (pairs.Next()) {
-    uses.push_back(fmt::format("study {} ({}), variant {}, scene {}, rig {}", pairs.Int(0),
-                               pairs.Text(1), pairs.Text(2), pairs.Int(3), pairs.Int(4)));
-  }
-  RETURN_IF_ERROR(pairs.status());
+  ASSIGN_OR_RETURN(std::vector<std::string> uses, pairs.Rows([&] {
+    return fmt::format("study {} ({}), variant {}, scene {}, rig {}", pairs.Int(0), pairs.Text(1),
+                       pairs.Text(2), pairs.Int(3), pairs.Int(4));
+  }));
   SqliteQuery results(db,
                       "SELECT s.id, s.name, j.kind, j.id FROM study_results AS r JOIN studies AS s"
                       " ON s.id = r.study_id JOIN all_jobs AS j ON j.id = r.job_id"

@@ -12,25 +12,6 @@
 namespace parallax {
 namespace {
 
-absl::Status AddFrames(SqliteConnection& db, const v1::ListFramesRequest& request,
-                       std::vector<v1::PublishedFrame>& frames) {
-  SqliteQuery query(db,
-                    "SELECT f.cursor, v.name, f.ordinal, f.reused, r.bytes FROM frames AS f"
-                    " JOIN variants AS v ON v.id = f.variant_id"
-                    " JOIN results AS r ON r.work_key = f.frame_key"
-                    " WHERE f.study_id = ?1 AND f.cursor > ?2 ORDER BY f.cursor LIMIT ?3",
-                    request.study_id(), request.cursor(), RowLimit(request.limit(), 1000));
-  while (query.Next()) {
-    v1::PublishedFrame& frame = frames.emplace_back();
-    frame.set_cursor(query.Int(0));
-    frame.set_variant(std::string(query.Text(1)));
-    frame.set_scene(static_cast<uint32_t>(query.Int(2)));
-    frame.set_reused(query.Int(3) != 0);
-    RETURN_IF_ERROR(UnpackMessage(query.Blob(4), *frame.mutable_frame()));
-  }
-  return query.status();
-}
-
 // "ab/ab12.../.attempt-7" of "ab/ab12.../.attempt-7/003", which must be rig 3's; empty if it is
 // not.
 std::string FolderOfRig(const std::string& path, uint32_t rig) {
@@ -40,8 +21,9 @@ std::string FolderOfRig(const std::string& path, uint32_t rig) {
 }
 
 // Frames of one attempt share its folder, so that only the first of them is unpacked.
-absl::Status AddFolders(SqliteConnection& db, int64_t variant, int64_t limit,
-                        std::vector<v1::FrameFolder>& folders) {
+absl::StatusOr<std::vector<v1::FrameFolder>> FoldersIn(SqliteConnection& db, int64_t variant,
+                                                       int64_t limit) {
+  std::vector<v1::FrameFolder> folders;
   SqliteQuery query(db,
                     "SELECT f.ordinal, f.rig, r.fence, r.bytes FROM frames AS f"
                     " JOIN results AS r ON r.work_key = f.frame_key WHERE f.variant_id = ?1"
@@ -65,7 +47,8 @@ absl::Status AddFolders(SqliteConnection& db, int64_t variant, int64_t limit,
     }
     folders.back().add_rigs(rig);
   }
-  return query.status();
+  RETURN_IF_ERROR(query.status());
+  return folders;
 }
 
 class CommittedResults final : public ResultReader {
@@ -73,55 +56,38 @@ class CommittedResults final : public ResultReader {
   explicit CommittedResults(Readers& readers) : readers_(readers) {}
 
   absl::StatusOr<std::string> ResultBytes(const Sha256Digest& key) override {
-    std::string bytes;
-    RETURN_IF_ERROR(readers_.Read(0, [&](SqliteConnection& db) -> absl::Status {
+    return readers_.Get(0, [&](SqliteConnection& db) -> absl::StatusOr<std::string> {
       SqliteQuery query(db, "SELECT bytes FROM results WHERE work_key = ?1", key);
-      if (!query.Next()) {
-        return query.status().ok() ? NoSuch("result " + HexOf(key)) : query.status();
-      }
-      bytes = query.Blob(0);
-      return absl::OkStatus();
-    }));
-    return bytes;
+      RETURN_IF_ERROR(FirstRow(query, "result " + HexOf(key)));
+      return std::string(query.Blob(0));
+    });
   }
 
   absl::StatusOr<std::vector<Sha256Digest>> FramesOf(int64_t variant, int64_t limit) override {
-    std::vector<Sha256Digest> keys;
-    RETURN_IF_ERROR(readers_.Read(0, [&](SqliteConnection& db) {
+    return readers_.Get(0, [&](SqliteConnection& db) {
       SqliteQuery query(db,
                         "SELECT frame_key FROM frames WHERE variant_id = ?1"
                         " ORDER BY ordinal, rig LIMIT ?2",
                         variant, limit);
-      while (query.Next()) keys.push_back(query.Digest(0));
-      return query.status();
-    }));
-    return keys;
+      return query.Rows([&] { return query.Digest(0); });
+    });
   }
 
   absl::StatusOr<std::vector<v1::FrameFolder>> FoldersOf(int64_t variant, int64_t limit) override {
-    std::vector<v1::FrameFolder> folders;
-    RETURN_IF_ERROR(readers_.Read(
-        0, [&](SqliteConnection& db) { return AddFolders(db, variant, limit, folders); }));
-    return folders;
+    return readers_.Get(0, [&](SqliteConnection& db) { return FoldersIn(db, variant, limit); });
   }
 
   absl::StatusOr<std::string> ResultWaitedFor(int64_t job) override {
-    std::string bytes;
-    RETURN_IF_ERROR(readers_.Read(0, [&](SqliteConnection& db) -> absl::Status {
+    return readers_.Get(0, [&](SqliteConnection& db) -> absl::StatusOr<std::string> {
       SqliteQuery query(db,
                         "SELECT r.bytes FROM waits AS w LEFT JOIN jobs AS j ON j.id = w.on_job"
                         " LEFT JOIN archived_jobs AS a ON a.id = w.on_job"
                         " JOIN results AS r ON r.work_key = coalesce(j.work_key, a.work_key)"
                         " WHERE w.job_id = ?1 AND w.state = 'MET' AND r.bytes IS NOT NULL",
                         job);
-      if (!query.Next()) {
-        return query.status().ok() ? NoSuch(fmt::format("result that job {} waited for", job))
-                                   : query.status();
-      }
-      bytes = query.Blob(0);
-      return absl::OkStatus();
-    }));
-    return bytes;
+      RETURN_IF_ERROR(FirstRow(query, fmt::format("result that job {} waited for", job)));
+      return std::string(query.Blob(0));
+    });
   }
 
  private:
@@ -133,8 +99,23 @@ class CommittedResults final : public ResultReader {
 absl::StatusOr<std::vector<v1::PublishedFrame>> Readers::ListFrames(
     const v1::ListFramesRequest& request) {
   std::vector<v1::PublishedFrame> frames;
-  RETURN_IF_ERROR(
-      Read(deadline_s_, [&](SqliteConnection& db) { return AddFrames(db, request, frames); }));
+  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
+    SqliteQuery query(db,
+                      "SELECT f.cursor, v.name, f.ordinal, f.reused, r.bytes FROM frames AS f"
+                      " JOIN variants AS v ON v.id = f.variant_id"
+                      " JOIN results AS r ON r.work_key = f.frame_key"
+                      " WHERE f.study_id = ?1 AND f.cursor > ?2 ORDER BY f.cursor LIMIT ?3",
+                      request.study_id(), request.cursor(), RowLimit(request.limit(), 1000));
+    while (query.Next()) {
+      v1::PublishedFrame& frame = frames.emplace_back();
+      frame.set_cursor(query.Int(0));
+      frame.set_variant(std::string(query.Text(1)));
+      frame.set_scene(static_cast<uint32_t>(query.Int(2)));
+      frame.set_reused(query.Int(3) != 0);
+      RETURN_IF_ERROR(UnpackMessage(query.Blob(4), *frame.mutable_frame()));
+    }
+    return query.status();
+  }));
   return frames;
 }
 
@@ -172,16 +153,13 @@ absl::StatusOr<std::vector<v1::JobResult>> Readers::ListResults(
 }
 
 absl::StatusOr<std::vector<std::string>> Readers::ListLitter(double before_unix_s, int limit) {
-  std::vector<std::string> paths;
-  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) {
+  return Get(deadline_s_, [&](SqliteConnection& db) {
     SqliteQuery query(db,
                       "SELECT path FROM litter WHERE since_unix_s <= ?1"
                       " ORDER BY since_unix_s LIMIT ?2",
                       before_unix_s, RowLimit(limit, 1000));
-    while (query.Next()) paths.emplace_back(query.Text(0));
-    return query.status();
-  }));
-  return paths;
+    return query.Rows([&] { return std::string(query.Text(0)); });
+  });
 }
 
 absl::StatusOr<std::vector<std::string>> Readers::ListContentFolders() {
@@ -217,10 +195,10 @@ absl::StatusOr<v1::Scene> Readers::GetScene(const v1::GetSceneRequest& request) 
                       " JOIN results AS r ON r.work_key = s.scene_hash"
                       " WHERE v.study_id = ?1 AND v.name = ?2",
                       request.study_id(), request.variant(), request.scene());
-    if (query.Next()) return UnpackMessage(query.Blob(0), scene);
-    RETURN_IF_ERROR(query.status());
-    return NoSuch(fmt::format("solved scene {} of variant '{}' of study {}", request.scene(),
-                              request.variant(), request.study_id()));
+    RETURN_IF_ERROR(
+        FirstRow(query, fmt::format("solved scene {} of variant '{}' of study {}", request.scene(),
+                                    request.variant(), request.study_id())));
+    return UnpackMessage(query.Blob(0), scene);
   }));
   return scene;
 }

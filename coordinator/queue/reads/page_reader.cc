@@ -24,23 +24,20 @@ constexpr int kMostAttempts = 100;
   " FROM frames AS f JOIN variants AS v ON v.id = f.variant_id"                      \
   " JOIN studies AS s ON s.id = f.study_id JOIN results AS r ON r.work_key = f.frame_key "
 
-absl::StatusOr<PublishedPair> PairOf(const SqliteQuery& row) {
-  PublishedPair pair;
-  pair.number = row.Int(0);
-  pair.study_id = row.Int(1);
-  pair.study = std::string(row.Text(2));
-  pair.variant = std::string(row.Text(3));
-  pair.scene = static_cast<uint32_t>(row.Int(4));
-  pair.reused = row.Int(5) != 0;
-  RETURN_IF_ERROR(UnpackMessage(row.Blob(6), pair.frame));
-  return pair;
-}
-
-absl::Status AddPairRows(SqliteQuery& query, std::vector<PublishedPair>& pairs) {
+absl::StatusOr<std::vector<PublishedPair>> PairsOf(SqliteQuery& query) {
+  std::vector<PublishedPair> pairs;
   while (query.Next()) {
-    ASSIGN_OR_RETURN(pairs.emplace_back(), PairOf(query));
+    PublishedPair& pair = pairs.emplace_back();
+    pair.number = query.Int(0);
+    pair.study_id = query.Int(1);
+    pair.study = std::string(query.Text(2));
+    pair.variant = std::string(query.Text(3));
+    pair.scene = static_cast<uint32_t>(query.Int(4));
+    pair.reused = query.Int(5) != 0;
+    RETURN_IF_ERROR(UnpackMessage(query.Blob(6), pair.frame));
   }
-  return query.status();
+  RETURN_IF_ERROR(query.status());
+  return pairs;
 }
 
 // ---- Problems
@@ -168,8 +165,7 @@ absl::Status AddPairsOfJob(SqliteConnection& db, int64_t variant, JobDetail& job
   if (job.status.rigs().empty()) return absl::OkStatus();
   SqliteQuery query(db, PARALLAX_PAIR "WHERE f.variant_id = ?1 AND f.ordinal = ?2 ORDER BY f.rig",
                     variant, job.status.scene());
-  std::vector<PublishedPair> pairs;
-  RETURN_IF_ERROR(AddPairRows(query, pairs));
+  ASSIGN_OR_RETURN(std::vector<PublishedPair> pairs, PairsOf(query));
   for (PublishedPair& pair : pairs) {
     if (std::count(job.status.rigs().begin(), job.status.rigs().end(), pair.frame.rig()) > 0) {
       job.pairs.push_back(std::move(pair));
@@ -193,15 +189,15 @@ PageReader::~PageReader() = default;
 
 absl::StatusOr<std::vector<PublishedPair>> PageReader::NewestPairs(const PairQuery& asked) {
   const int limit = std::clamp(asked.limit, 1, kMostPairs);
-  std::vector<PublishedPair> pairs;
-  RETURN_IF_ERROR(readers_->Read(kDeadline_s, [&](SqliteConnection& db) -> absl::Status {
+  using Pairs = absl::StatusOr<std::vector<PublishedPair>>;
+  return readers_->Get(kDeadline_s, [&](SqliteConnection& db) -> Pairs {
     if (asked.variant.empty()) {
       SqliteQuery query(db,
                         PARALLAX_PAIR
                         "WHERE f.study_id = ?1 AND (?2 = 0 OR f.cursor < ?2)"
                         " ORDER BY f.cursor DESC LIMIT ?3",
                         asked.study_id, asked.before, limit);
-      return AddPairRows(query, pairs);
+      return PairsOf(query);
     }
     ASSIGN_OR_RETURN(const auto variant,
                      db.Integer("SELECT id FROM variants WHERE study_id = ?1 AND name = ?2",
@@ -213,24 +209,22 @@ absl::StatusOr<std::vector<PublishedPair>> PageReader::NewestPairs(const PairQue
                       " (SELECT b.ordinal, b.rig FROM frames AS b WHERE b.cursor = ?2))"
                       " ORDER BY f.ordinal DESC, f.rig DESC LIMIT ?3",
                       *variant, asked.before, limit);
-    return AddPairRows(query, pairs);
-  }));
-  return pairs;
+    return PairsOf(query);
+  });
 }
 
 absl::StatusOr<PublishedPair> PageReader::Pair(int64_t number) {
-  std::vector<PublishedPair> pairs;
-  RETURN_IF_ERROR(readers_->Read(kDeadline_s, [&](SqliteConnection& db) {
-    SqliteQuery query(db, PARALLAX_PAIR "WHERE f.cursor = ?1", number);
-    return AddPairRows(query, pairs);
-  }));
+  ASSIGN_OR_RETURN(std::vector<PublishedPair> pairs,
+                   readers_->Get(kDeadline_s, [&](SqliteConnection& db) {
+                     SqliteQuery query(db, PARALLAX_PAIR "WHERE f.cursor = ?1", number);
+                     return PairsOf(query);
+                   }));
   if (pairs.empty()) return NoSuch(fmt::format("pair {}", number));
   return std::move(pairs.front());
 }
 
 absl::StatusOr<PageReader::Neighbours> PageReader::NeighboursOf(const PublishedPair& pair) {
-  Neighbours found;
-  RETURN_IF_ERROR(readers_->Read(kDeadline_s, [&](SqliteConnection& db) -> absl::Status {
+  return readers_->Get(kDeadline_s, [&](SqliteConnection& db) -> absl::StatusOr<Neighbours> {
     ASSIGN_OR_RETURN(
         const auto older,
         db.Integer("SELECT max(cursor) FROM frames WHERE study_id = ?1 AND cursor < ?2",
@@ -239,10 +233,8 @@ absl::StatusOr<PageReader::Neighbours> PageReader::NeighboursOf(const PublishedP
         const auto newer,
         db.Integer("SELECT min(cursor) FROM frames WHERE study_id = ?1 AND cursor > ?2",
                    pair.study_id, pair.number));
-    found = {older.value_or(0), newer.value_or(0)};
-    return absl::OkStatus();
-  }));
-  return found;
+    return Neighbours{older.value_or(0), newer.value_or(0)};
+  });
 }
 
 absl::StatusOr<std::vector<ProblemCause>> PageReader::Problems(int64_t study_id) {
@@ -269,9 +261,7 @@ absl::StatusOr<JobDetail> PageReader::Job(int64_t job_id) {
                         " j.variant_id FROM all_jobs AS j JOIN variants AS v ON v.id = j.variant_id"
                         " JOIN studies AS s ON s.id = j.study_id WHERE j.id = ?1",
                         job_id);
-      if (!query.Next()) {
-        return query.status().ok() ? NoSuch(fmt::format("job {}", job_id)) : query.status();
-      }
+      RETURN_IF_ERROR(FirstRow(query, fmt::format("job {}", job_id)));
       RETURN_IF_ERROR(FillJob(query, kinds_, job));
       variant = query.Int(21);
     }

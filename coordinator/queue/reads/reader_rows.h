@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/base/status.h"
+#include "coordinator/queue/database/sqlite.h"
 
 namespace parallax {
 
@@ -14,5 +15,8 @@ int RowLimit(int asked, int otherwise);
 
 // Makes an error. Errors: always kNotFound, "<what>: no such".
 absl::Status NoSuch(const std::string& what);
+
+// Steps to the query's first row. Errors: kNotFound of NoSuch if it has none; the query's.
+absl::Status FirstRow(SqliteQuery& query, const std::string& what);
 
 }  // namespace parallax

@@ -18,6 +18,11 @@ int RowLimit(int asked, int otherwise) {
 
 absl::Status NoSuch(const std::string& what) { return NotFound("{}: no such", what); }
 
+absl::Status FirstRow(SqliteQuery& query, const std::string& what) {
+  if (query.Next()) return absl::OkStatus();
+  return query.status().ok() ? NoSuch(what) : query.status();
+}
+
 namespace {
 
 constexpr int kProblemsShown = 10;
@@ -42,7 +47,7 @@ class Deadline {
   std::chrono::steady_clock::time_point end_;
 };
 
-// ---- Studies ------------------------------------------------------------------------------------
+// ---- Studies
 constexpr char kStudyColumns[] =
     "SELECT id, name, paused, cancelled, submitted_unix_s, finished_unix_s, "
     "archived, user, max_running FROM "
@@ -69,7 +74,19 @@ absl::Status AddCounts(SqliteConnection& db, std::map<int64_t, v1::VariantStatus
   return query.status();
 }
 
-void AddProblemRows(SqliteQuery& query, const KindRegistry& kinds, v1::VariantStatus& status) {
+// The jobs of an archived study are in another table.
+absl::Status AddProblems(SqliteConnection& db, const KindRegistry& kinds, bool archived,
+                         int64_t variant, v1::VariantStatus& status) {
+  SqliteQuery query(
+      db,
+      archived
+          ? "SELECT id, state, error, ordinal, kind, input FROM archived_jobs WHERE variant_id = ?1"
+            " AND state IN ('FAILED', 'QUARANTINED')"
+            " ORDER BY finished_unix_s DESC, id DESC LIMIT ?2"
+          : "SELECT id, state, error, ordinal, kind, input FROM jobs WHERE variant_id = ?1"
+            " AND state IN ('FAILED', 'QUARANTINED')"
+            " ORDER BY finished_unix_s DESC, id DESC LIMIT ?2",
+      variant, kProblemsShown - status.problems_size());
   while (query.Next()) {
     v1::JobProblem* problem = status.add_problems();
     problem->set_job_id(query.Int(0));
@@ -83,29 +100,6 @@ void AddProblemRows(SqliteQuery& query, const KindRegistry& kinds, v1::VariantSt
     problem->set_error(kinds[*kind].name() + (label.empty() ? "" : " " + label) + ": " +
                        problem->error());
   }
-}
-
-absl::Status AddProblems(SqliteConnection& db, const KindRegistry& kinds, int64_t variant,
-                         v1::VariantStatus& status) {
-  SqliteQuery query(db,
-                    "SELECT id, state, error, ordinal, kind, input FROM jobs WHERE variant_id = ?1"
-                    " AND state IN ('FAILED', 'QUARANTINED')"
-                    " ORDER BY finished_unix_s DESC, id DESC LIMIT ?2",
-                    variant, kProblemsShown - status.problems_size());
-  AddProblemRows(query, kinds, status);
-  return query.status();
-}
-
-// Adds the problems of an archived study, whose jobs are in another table.
-absl::Status AddArchivedProblems(SqliteConnection& db, const KindRegistry& kinds, int64_t variant,
-                                 v1::VariantStatus& status) {
-  SqliteQuery query(db,
-                    "SELECT id, state, error, ordinal, kind, input FROM archived_jobs WHERE "
-                    "variant_id = ?1"
-                    " AND state IN ('FAILED', 'QUARANTINED')"
-                    " ORDER BY finished_unix_s DESC, id DESC LIMIT ?2",
-                    variant, kProblemsShown - status.problems_size());
-  AddProblemRows(query, kinds, status);
   return query.status();
 }
 
@@ -141,8 +135,8 @@ absl::StatusOr<int64_t> AddVariants(SqliteConnection& db, const KindRegistry& ki
   }
   RETURN_IF_ERROR(AddCounts(db, by_id, study.study_id()));
   for (const auto& [id, status] : by_id) {
-    RETURN_IF_ERROR(AddProblems(db, kinds, id, *status));
-    if (archived) RETURN_IF_ERROR(AddArchivedProblems(db, kinds, id, *status));
+    RETURN_IF_ERROR(AddProblems(db, kinds, /*archived=*/false, id, *status));
+    if (archived) RETURN_IF_ERROR(AddProblems(db, kinds, archived, id, *status));
   }
   return others_lost;
 }
@@ -217,9 +211,7 @@ absl::StatusOr<v1::StudyStatus> Readers::GetStudy(int64_t id) {
     // Outlives the query, whose errors quote it.
     const std::string sql = std::string(kStudyColumns) + "WHERE id = ?1 AND forgotten = 0";
     SqliteQuery query(db, sql.c_str(), id);
-    if (!query.Next()) {
-      return query.status().ok() ? NoSuch(fmt::format("study {}", id)) : query.status();
-    }
+    RETURN_IF_ERROR(FirstRow(query, fmt::format("study {}", id)));
     RETURN_IF_ERROR(FillStudy(db, kinds_, query, study));
     SqliteQuery spec(db, "SELECT spec_z FROM studies WHERE id = ?1", id);
     if (!spec.Next()) return spec.status();

@@ -11,11 +11,13 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "common/base/status.h"
-#include "coordinator/queue/commands/machine.h"
 #include "coordinator/queue/database/sqlite.h"
+#include "coordinator/queue/job_queue.h"
+#include "coordinator/queue/lease.h"
 #include "parallax/v1/service.pb.h"
 
 namespace parallax {
@@ -30,6 +32,17 @@ class Readers {
 
   // Runs `read` in a read transaction, for at most `deadline_s` seconds; 0: no deadline.
   absl::Status Read(double deadline_s, const std::function<absl::Status(SqliteConnection&)>& read);
+  // The same for a function that returns a StatusOr, which is returned.
+  template <typename Function>
+  auto Get(double deadline_s, const Function& read) {
+    std::invoke_result_t<const Function&, SqliteConnection&> found = Unknown("not read");
+    const absl::Status status = Read(deadline_s, [&](SqliteConnection& db) {
+      found = read(db);
+      return found.status();
+    });
+    if (!status.ok()) found = status;
+    return found;
+  }
 
   // The reads of JobQueue, which documents them (job_queue.h).
   absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study);
@@ -63,5 +76,10 @@ class Readers {
   std::condition_variable free_one_;
   std::vector<std::unique_ptr<SqliteConnection>> free_;  // Guarded by mutex_.
 };
+
+// Stores a sample of the farm's figures, on the writing thread. Removes samples that are older than
+// two days, and samples from the future, which exist after the clock was set back. Errors: the
+// database's.
+absl::Status KeepSampleIn(SqliteConnection& db, const HistorySample& sample);
 
 }  // namespace parallax

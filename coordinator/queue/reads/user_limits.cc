@@ -38,8 +38,7 @@ void SetLimits(const UserLimits& limits, v1::UserStatus& user) {
 }  // namespace
 
 absl::StatusOr<std::vector<v1::UserStatus>> Readers::ListUsers() {
-  std::vector<v1::UserStatus> users;
-  RETURN_IF_ERROR(Read(deadline_s_, [&](SqliteConnection& db) -> absl::Status {
+  return Get(deadline_s_, [&](SqliteConnection& db) {
     SqliteQuery query(db, R"sql(
 SELECT s.user, count(*),
   sum((SELECT coalesce(sum(v.pairs_wanted - v.pairs_done), 0) FROM variants AS v
@@ -48,16 +47,15 @@ SELECT s.user, count(*),
        ON c.variant_id = v.id AND c.state = 'LEASED' WHERE v.study_id = s.id))
 FROM studies AS s WHERE s.finished_unix_s IS NULL AND s.cancelled = 0
 GROUP BY s.user ORDER BY s.user)sql");
-    while (query.Next()) {
-      v1::UserStatus& user = users.emplace_back();
+    return query.Rows([&] {
+      v1::UserStatus user;
       user.set_user(std::string(query.Text(0)));
       user.set_studies(query.Int(1));
       user.set_waiting_pairs(query.Int(2));
       user.set_running(query.Int(3));
-    }
-    return query.status();
-  }));
-  return users;
+      return user;
+    });
+  });
 }
 
 absl::Status AddLimits(Readers& readers, const LimitRules& limits,

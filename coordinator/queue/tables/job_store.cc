@@ -51,10 +51,6 @@ UPDATE jobs SET state = 'CANCELLED', awaits_job = NULL, waits_open = 0, not_befo
                 error = ?2, finished_unix_s = ?3
 WHERE id = ?1 AND state IN ('READY', 'BLOCKED', 'RETRY_WAIT', 'LEASED'))sql";
 
-std::optional<int64_t> NullIfZero(int64_t value) {
-  return value == 0 ? std::nullopt : std::optional<int64_t>(value);
-}
-
 }  // namespace
 
 absl::StatusOr<JobRow> JobRowOf(const SqliteQuery& query, const KindRegistry& kinds) {
@@ -109,6 +105,12 @@ absl::StatusOr<std::optional<JobRow>> JobStore::Find(int64_t id) {
 absl::StatusOr<std::optional<JobRow>> JobStore::FindArchived(int64_t id) {
   SqliteQuery query(db_, "SELECT " PARALLAX_JOB_COLUMNS " FROM archived_jobs WHERE id = ?1", id);
   return OneRow(query);
+}
+
+absl::StatusOr<JobRow> JobStore::Get(int64_t id) {
+  ASSIGN_OR_RETURN(std::optional<JobRow> job, Find(id));
+  if (job) return *std::move(job);
+  return Internal("job {}: its row is gone", id);
 }
 
 absl::Status JobStore::Insert(JobRow& row, double now) {

@@ -49,6 +49,8 @@ class JobStore {
   // FindArchived inside.
   absl::StatusOr<std::optional<JobRow>> Find(int64_t id);
   absl::StatusOr<std::optional<JobRow>> FindArchived(int64_t id);
+  // As Find. Errors: kInternal if there is no such job.
+  absl::StatusOr<JobRow> Get(int64_t id);
   // Inserts a job and sets row.id. `now` becomes its ready_unix_s, and also its finished_unix_s if
   // its state is terminal.
   absl::Status Insert(JobRow& row, double now);

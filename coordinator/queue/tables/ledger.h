@@ -6,6 +6,7 @@
 // Used by the writing thread only.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -95,6 +96,12 @@ struct Study {
   double pass = 0;
   // Steady time in seconds since when it has had READY jobs and was not served; < 0: not hungry.
   double hungry_since_s = -1;
+
+  // Returns how many more of its jobs may be leased now, by its own limit and its user's.
+  int64_t Room() const {
+    return std::min(RoomUnder(tally.max_running, tally.running),
+                    RoomUnder(share->limits.max_running, share->running));
+  }
 };
 
 class Ledger {

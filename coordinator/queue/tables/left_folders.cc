@@ -7,8 +7,11 @@ absl::Status LeftFolders::InsertLitter(const std::string& path, double now) {
                  path, now);
 }
 
-absl::Status LeftFolders::DeleteLitter(const std::string& path) {
-  return db_.Run("DELETE FROM litter WHERE path = ?1", path);
+absl::Status LeftFolders::DeleteLitter(const std::vector<std::string>& paths) {
+  for (const std::string& path : paths) {
+    RETURN_IF_ERROR(db_.Run("DELETE FROM litter WHERE path = ?1", path));
+  }
+  return absl::OkStatus();
 }
 
 absl::Status LeftFolders::Keep(const std::string& path, const Sha256Digest& keep_key,
@@ -26,16 +29,11 @@ absl::StatusOr<std::vector<std::string>> LeftFolders::Kept(const Sha256Digest& k
                     "SELECT path FROM kept_folders WHERE work_key = ?1"
                     " ORDER BY since_unix_s DESC, path DESC LIMIT ?2",
                     keep_key, limit);
-  std::vector<std::string> paths;
-  while (query.Next()) paths.emplace_back(query.Text(0));
-  RETURN_IF_ERROR(query.status());
-  return paths;
+  return query.Rows([&] { return std::string(query.Text(0)); });
 }
 
 absl::StatusOr<bool> LeftFolders::IsKept(const std::string& path) {
-  ASSIGN_OR_RETURN(const auto found,
-                   db_.Integer("SELECT 1 FROM kept_folders WHERE path = ?1", path));
-  return found.has_value();
+  return db_.Has("SELECT 1 FROM kept_folders WHERE path = ?1", path);
 }
 
 absl::Status LeftFolders::SweepDone(const Sha256Digest& work_key, double now) {
@@ -48,9 +46,9 @@ absl::Status LeftFolders::SweepDone(const Sha256Digest& work_key, double now) {
 
 absl::Status LeftFolders::SweepScene(const KeptFor& scene, double now) {
   ASSIGN_OR_RETURN(
-      const auto any,
-      db_.Integer("SELECT 1 FROM kept_folders WHERE variant_id = ?1 AND ordinal = ?2 LIMIT 1",
-                  scene.variant, scene.ordinal));
+      const bool any,
+      db_.Has("SELECT 1 FROM kept_folders WHERE variant_id = ?1 AND ordinal = ?2 LIMIT 1",
+              scene.variant, scene.ordinal));
   if (!any) return absl::OkStatus();
   RETURN_IF_ERROR(
       db_.Run("INSERT INTO litter(path, since_unix_s) SELECT path, ?3 FROM kept_folders"

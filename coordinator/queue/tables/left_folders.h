@@ -27,9 +27,9 @@ class LeftFolders {
   // `db` must outlive the object.
   explicit LeftFolders(SqliteConnection& db) : db_(db) {}
 
-  // Add a path to the litter, or remove it.
+  // Add a path to the litter, or remove those that the janitor has removed.
   absl::Status InsertLitter(const std::string& path, double now);
-  absl::Status DeleteLitter(const std::string& path);
+  absl::Status DeleteLitter(const std::vector<std::string>& paths);
 
   // Keeps a folder from which later attempts may continue. `scene` is set for jobs of scenes.
   absl::Status Keep(const std::string& path, const Sha256Digest& keep_key,

@@ -23,18 +23,14 @@ absl::Status LossTable::DropArchivedLogs() {
 #undef PARALLAX_DROP_LOGS
 
 absl::StatusOr<bool> LossTable::WasLost(int64_t job, uint64_t fence) {
-  ASSIGN_OR_RETURN(
-      const auto found,
-      db_.Integer("SELECT 1 FROM attempt_losses WHERE job_id = ?1 AND fence = ?2", job, fence));
-  return found.has_value();
+  return db_.Has("SELECT 1 FROM attempt_losses WHERE job_id = ?1 AND fence = ?2", job, fence);
 }
 
 absl::StatusOr<bool> LossTable::Has(int64_t job, uint64_t fence, const char* ledger) {
-  ASSIGN_OR_RETURN(const auto found,
-                   db_.Integer("SELECT 1 FROM attempt_losses"
-                               " WHERE job_id = ?1 AND fence = ?2 AND ledger = ?3",
-                               job, fence, ledger));
-  return found.has_value();
+  return db_.Has(
+      "SELECT 1 FROM attempt_losses"
+      " WHERE job_id = ?1 AND fence = ?2 AND ledger = ?3",
+      job, fence, ledger);
 }
 
 absl::StatusOr<int> LossTable::WorkersWithFingerprint(int64_t job, const std::string& fingerprint) {
@@ -48,21 +44,18 @@ absl::StatusOr<int> LossTable::WorkersWithFingerprint(int64_t job, const std::st
 absl::StatusOr<bool> LossTable::AlwaysLostWithAnother(int64_t job, const std::string& worker,
                                                       double now) {
   // Some jobs of the worker that is lost now are in the ledger; others are still leased to it.
-  ASSIGN_OR_RETURN(
-      const auto found,
-      db_.Integer(
-          "WITH before AS (SELECT DISTINCT worker, unix_s FROM attempt_losses"
-          "  WHERE job_id = ?1 AND ledger = 'lost' AND unix_s < ?3)"
-          " SELECT 1 FROM attempt_losses other JOIN before USING (worker, unix_s)"
-          " WHERE other.job_id != ?1 AND other.ledger = 'lost'"
-          "  AND (EXISTS (SELECT 1 FROM attempt_losses this WHERE this.job_id = other.job_id"
-          "    AND this.ledger = 'lost' AND this.worker = ?2 AND this.unix_s = ?3)"
-          "   OR EXISTS (SELECT 1 FROM jobs WHERE id = other.job_id"
-          "    AND state = 'LEASED' AND jobs.worker = ?2))"
-          " GROUP BY other.job_id"
-          " HAVING count(DISTINCT unix_s) = (SELECT count(*) FROM before) LIMIT 1",
-          job, worker, now));
-  return found.has_value();
+  return db_.Has(
+      "WITH before AS (SELECT DISTINCT worker, unix_s FROM attempt_losses"
+      "  WHERE job_id = ?1 AND ledger = 'lost' AND unix_s < ?3)"
+      " SELECT 1 FROM attempt_losses other JOIN before USING (worker, unix_s)"
+      " WHERE other.job_id != ?1 AND other.ledger = 'lost'"
+      "  AND (EXISTS (SELECT 1 FROM attempt_losses this WHERE this.job_id = other.job_id"
+      "    AND this.ledger = 'lost' AND this.worker = ?2 AND this.unix_s = ?3)"
+      "   OR EXISTS (SELECT 1 FROM jobs WHERE id = other.job_id"
+      "    AND state = 'LEASED' AND jobs.worker = ?2))"
+      " GROUP BY other.job_id"
+      " HAVING count(DISTINCT unix_s) = (SELECT count(*) FROM before) LIMIT 1",
+      job, worker, now);
 }
 
 absl::Status LossTable::MoveLostToReturned(int64_t job, uint64_t fence) {

@@ -1,5 +1,5 @@
 // The table `attempt_losses`: a row for each attempt that ended without a result. It makes no
-// decisions: machine_report.cc decides what a loss means for its job. Used only by the writing
+// decisions: commands/reports.cc decides what a loss means for its job. Used only by the writing
 // thread, inside a transaction. Errors: those of the database.
 #pragma once
 

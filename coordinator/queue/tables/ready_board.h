@@ -6,18 +6,14 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
-#include <utility>
-#include <vector>
 
 #include "common/base/status.h"
 #include "coordinator/queue/database/sqlite.h"
 #include "coordinator/queue/job_kind.h"
+#include "coordinator/queue/lease.h"
 #include "coordinator/queue/ready_key.h"
 
 namespace parallax {
-
-// Changes of the counts, in the order in which jobs moved.
-using ReadyChanges = std::vector<std::pair<ReadyKey, int64_t>>;
 
 class ReadyBoard {
  public:

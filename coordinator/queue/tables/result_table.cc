@@ -15,8 +15,7 @@ absl::StatusOr<std::optional<StoredResult>> ResultTable::Find(const Sha256Digest
 }
 
 absl::StatusOr<bool> ResultTable::Has(const Sha256Digest& key) {
-  ASSIGN_OR_RETURN(const auto found, db_.Integer("SELECT 1 FROM results WHERE work_key = ?1", key));
-  return found.has_value();
+  return db_.Has("SELECT 1 FROM results WHERE work_key = ?1", key);
 }
 
 absl::StatusOr<bool> ResultTable::Insert(const Sha256Digest& key, std::string_view stage,

@@ -2,11 +2,38 @@
 
 namespace parallax {
 
-absl::Status SceneTable::Insert(int64_t variant, uint32_t ordinal, const SceneRow& row) {
-  return db_.Run(
-      "INSERT INTO scenes(variant_id, ordinal, rigs, rigs_lost, rigs_done, jobs_open, scene_hash)"
-      " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
-      variant, ordinal, row.rigs, row.rigs_lost, row.rigs_done, row.jobs_open, row.scene_hash);
+absl::StatusOr<SceneRow*> SceneTable::Open(int64_t variant, uint32_t ordinal, bool change) {
+  if (open_.variant != variant || open_.ordinal != ordinal) {
+    RETURN_IF_ERROR(Flush());
+    open_.variant = 0;
+    ASSIGN_OR_RETURN(open_.row, Find(variant, ordinal));
+    open_.variant = variant;
+    open_.ordinal = ordinal;
+    open_.is_new = open_.changed = false;
+  }
+  open_.changed |= change;
+  return &open_.row;
+}
+
+absl::Status SceneTable::Add(int64_t variant, uint32_t ordinal, uint32_t rigs) {
+  RETURN_IF_ERROR(Flush());
+  open_ = {.variant = variant, .ordinal = ordinal, .row = {.rigs = rigs}, .is_new = true};
+  open_.changed = true;
+  return absl::OkStatus();
+}
+
+absl::Status SceneTable::Flush() {
+  if (open_.variant == 0 || !open_.changed) return absl::OkStatus();
+  const SceneRow& row = open_.row;
+  RETURN_IF_ERROR(db_.Run(
+      open_.is_new ? "INSERT INTO scenes(variant_id, ordinal, rigs, rigs_lost, rigs_done,"
+                     " jobs_open, scene_hash) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)"
+                   : "UPDATE scenes SET rigs = ?3, rigs_lost = ?4, rigs_done = ?5, jobs_open = ?6,"
+                     " scene_hash = ?7 WHERE variant_id = ?1 AND ordinal = ?2",
+      open_.variant, open_.ordinal, row.rigs, row.rigs_lost, row.rigs_done, row.jobs_open,
+      row.scene_hash));
+  open_.is_new = open_.changed = false;
+  return absl::OkStatus();
 }
 
 absl::StatusOr<SceneRow> SceneTable::Find(int64_t variant, uint32_t ordinal) {
@@ -27,14 +54,8 @@ absl::StatusOr<SceneRow> SceneTable::Find(int64_t variant, uint32_t ordinal) {
   return row;
 }
 
-absl::Status SceneTable::Write(int64_t variant, uint32_t ordinal, const SceneRow& row) {
-  return db_.Run(
-      "UPDATE scenes SET rigs = ?3, rigs_lost = ?4, rigs_done = ?5, jobs_open = ?6, scene_hash = ?7"
-      " WHERE variant_id = ?1 AND ordinal = ?2",
-      variant, ordinal, row.rigs, row.rigs_lost, row.rigs_done, row.jobs_open, row.scene_hash);
-}
-
 absl::StatusOr<std::optional<uint32_t>> SceneTable::HighestLiving(int64_t variant) {
+  RETURN_IF_ERROR(Flush());
   ASSIGN_OR_RETURN(const auto ordinal,
                    db_.Integer("SELECT ordinal FROM scenes WHERE variant_id = ?1"
                                " AND rigs_lost < rigs ORDER BY ordinal DESC LIMIT 1",

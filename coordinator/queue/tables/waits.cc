@@ -1,13 +1,6 @@
 #include "coordinator/queue/tables/waits.h"
 
 namespace parallax {
-namespace {
-
-std::optional<int64_t> NullIfZero(int64_t value) {
-  return value == 0 ? std::nullopt : std::optional<int64_t>(value);
-}
-
-}  // namespace
 
 absl::Status WaitTable::Load() {
   jobs_.clear();
@@ -37,12 +30,7 @@ absl::Status WaitTable::Insert(int64_t job, const JobWait& wait, const char* sta
 absl::StatusOr<std::vector<JobWait>> WaitTable::Of(int64_t job) {
   SqliteQuery query(
       db_, "SELECT on_job, on_variant, pairs FROM waits WHERE job_id = ?1 ORDER BY rowid", job);
-  std::vector<JobWait> waits;
-  while (query.Next()) {
-    waits.push_back({.on_job = query.Int(0), .on_variant = query.Int(1), .pairs = query.Int(2)});
-  }
-  RETURN_IF_ERROR(query.status());
-  return waits;
+  return query.Rows([&] { return JobWait{query.Int(0), query.Int(1), query.Int(2)}; });
 }
 
 absl::StatusOr<int64_t> WaitTable::OpenOf(int64_t job) {

@@ -1,5 +1,5 @@
 // The table `waits`: a row for each condition that a job waits for. It makes no decisions:
-// machine_waits.cc decides what the end of a job means for its waiters. Used only by the writing
+// moves/waiters.cc decides what the end of a job means for its waiters. Used only by the writing
 // thread, inside a transaction. Errors: those of the database.
 #pragma once
 

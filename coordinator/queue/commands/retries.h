@@ -1,0 +1,37 @@
+// New attempts at jobs that failed: a manual retry gives lost jobs a new generation, and the end of
+// a back-off makes them READY again. Used by the writing thread only.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "common/base/status.h"
+#include "coordinator/queue/commands/work_limits.h"
+#include "coordinator/queue/moves/job_moves.h"
+#include "coordinator/queue/moves/waiters.h"
+
+namespace parallax {
+
+class Retries {
+ public:
+  // All arguments must outlive the object.
+  Retries(Tables& tables, JobMoves& jobs, Waiters& waiters, WorkLimits& limits)
+      : tables_(tables), jobs_(jobs), waiters_(waiters), limits_(limits) {}
+
+  // Retries a study; see JobQueue::Retry. Errors: kNotFound; kFailedPrecondition for a cancelled or
+  // archived study or one over its user's limits; those of JobMoves::AddJob.
+  absl::StatusOr<int64_t> Retry(int64_t study, std::string_view actor);
+  // Ends back-offs that are due. Errors: those of JobMoves::Settle.
+  absl::Status Wake();
+
+ private:
+  absl::StatusOr<bool> RetryOfScene(Variant& variant, const JobRow& job);
+  absl::StatusOr<bool> RetryOther(Variant& variant, const JobRow& job);
+
+  Tables& tables_;
+  JobMoves& jobs_;
+  Waiters& waiters_;
+  WorkLimits& limits_;
+};
+
+}  // namespace parallax

@@ -281,7 +281,7 @@ TEST_F(RunTest, ATooSmallDiskIsRefusedBeforeAnythingIsMade) {
   EXPECT_THAT(read_only.Err(), HasSubstr("Read-only file system"));
 }
 
-// One variant's pictures want 26 GB.
+// One variant's pictures need about 14.7 GB.
 constexpr char kTooBig[] =
     "study: memory\n"
     "seed: 5\n"
@@ -307,7 +307,7 @@ TEST_F(RunTest, AJobTooBigForTheMemoryFailsAloneAndItsWorkerGoesOn) {
   ASSERT_TRUE(WaitUntil(*run, [&] { return says("RESOURCE_EXHAUSTED"); })) << run->Err();
   const std::vector<pid_t> daemons = run->Children();
   EXPECT_THAT(run->Err(), HasSubstr("huge scene"));
-  EXPECT_THAT(run->Err(), HasSubstr("needs about 12656 MB"));
+  EXPECT_THAT(run->Err(), HasSubstr("needs about 14681 MB"));
   EXPECT_THAT(run->Err(), HasSubstr("the limit is 900 MB"));
   // The other variant is rendered, and the failures go on, by the same processes.
   const auto failures = [&] {

@@ -141,7 +141,6 @@ struct FlightBuilder {
     }
   }
 
- private:
   // The one flight of a staircase, with the rails that the parameters ask for.
   Asset Whole() {
     const float n = static_cast<float>(p.steps);
@@ -152,6 +151,7 @@ struct FlightBuilder {
     return b.Finish();
   }
 
+ private:
   static SweepOptions RailOptions() {
     return {.end_round_m = 0.015f, .up = Vec3f::UnitZ(), .keep_up = true};
   }

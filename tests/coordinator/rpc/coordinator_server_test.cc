@@ -73,7 +73,7 @@ TEST_F(CoordinatorServerTest, ASilentWorkerIsGivenUpAfterItsLease) {
   StartCoordinator(/*lease_s=*/0.5);
   const int64_t id = Submit(2, 2, {"v"});
   Puppet puppet(*stub_);
-  const v1::Lease lease = puppet.FirstLease("mute");
+  puppet.FirstLease("mute");
   EXPECT_EQ(puppet.WaitForEnd().code(), absl::StatusCode::kCancelled) << "not our own deadline";
   EXPECT_EQ(server_->Metrics().workers_lost, 1);
   StartAgent("heir", noop_);
@@ -89,6 +89,7 @@ TEST_F(CoordinatorServerTest, HeartbeatsAreAnsweredAndKeepALease) {
   v1::AttemptId foreign = mine;
   foreign.set_fence(mine.fence() + 1000);
   const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(1500);
+  v1::CoordinatorMessage message;
   for (int64_t sequence = 1; std::chrono::steady_clock::now() < until; ++sequence) {
     puppet.Heartbeat(sequence, {mine});
     ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kHeartbeatAck, &message));
@@ -204,6 +205,7 @@ TEST_F(CoordinatorServerTest, AHandedBackJobIsLeasedAgainAtOnce) {
   Puppet puppet(*stub_);
   const v1::AttemptId first = puppet.FirstLease("w", 2).attempt();
   puppet.HandBack(first);
+  v1::CoordinatorMessage message;
   ASSERT_TRUE(puppet.ReadUntil(v1::CoordinatorMessage::kLease, &message));
   EXPECT_EQ(message.lease().attempt().job_id(), first.job_id());
   EXPECT_GT(message.lease().attempt().fence(), first.fence());
@@ -404,10 +406,9 @@ TEST_F(CoordinatorServerTest, AReportOfAnotherDatabaseIsStale) {
   StartCoordinator();
   Submit(2, 2, {"v"});
   Puppet puppet(*stub_);
-  const v1::Lease lease = puppet.FirstLease("w");
   // The same job and fence, once of another database and once of this one.
   v1::FailRequest fail;
-  *fail.mutable_attempt() = message.lease().attempt();
+  *fail.mutable_attempt() = puppet.FirstLease("w").attempt();
   fail.set_worker("w");
   fail.set_fingerprint("x");
   const struct {

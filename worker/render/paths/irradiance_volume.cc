@@ -54,7 +54,10 @@ struct Cube {
   }
 };
 
-uint32_t TagOf(uint64_t key) { return static_cast<uint32_t>(key >> 32) | 1u; }
+Cube CubeAt(const CacheGrid& grid, const Vec3f& position) {
+  const float width_m = grid.WidthAt(position);
+  return {CacheGrid::CubeOf(Vec3x8(position), Splat(width_m)).Get(0).cast<int>(), width_m};
+}
 
 }  // namespace
 
@@ -68,20 +71,11 @@ Vec3x8 IncomingLight8::RadianceAbout(const Vec3x8& direction) const {
   return AtLeast(Weighted(terms, direction, 1, 2.0f / 3, 0), Vec3x8::Zero());
 }
 
-const IrradianceVolume::Entry* IrradianceVolume::Find(uint64_t key) const {
-  const size_t mask = table_.size() - 1;
-  const uint32_t tag = TagOf(key);
-  for (size_t i = (key >> 1) & mask;; i = (i + 1) & mask) {
-    if (table_[i].tag == tag) return &table_[i];
-    if (table_[i].tag == 0) return nullptr;
-  }
-}
-
 PARALLAX_LANE_CLONES IncomingLight8 IrradianceVolume::At(const Vec3x8& positions,
                                                          const Vec3x8& jitter, Mask8 lanes) const {
   IncomingLight8 light;
   light.known = Mask8{};
-  if (cells_ == 0) lanes = Mask8{};
+  if (empty()) lanes = Mask8{};
   const Float8 width = grid_.WidthAt(positions);
   const Vec3x8 cube = CacheGrid::CubeOf(positions + jitter * width, width);
   const Int8 x = ToInt(cube.x), y = ToInt(cube.y), z = ToInt(cube.z);
@@ -91,7 +85,7 @@ PARALLAX_LANE_CLONES IncomingLight8 IrradianceVolume::At(const Vec3x8& positions
     const Cube at{{x[lane], y[lane], z[lane]}, width[lane]};
     const Entry* entry = nullptr;
     for (int level = 0; !entry && level < VolumeBuilder::kLevels; ++level) {
-      entry = Find(at.KeyAt(level));
+      entry = table_.Find(at.KeyAt(level));
     }
     if (!entry) continue;
     light.known[lane] = -1;
@@ -108,74 +102,44 @@ PARALLAX_LANE_CLONES IncomingLight8 IrradianceVolume::At(const Vec3x8& positions
   return light;
 }
 
-VolumeBuilder::VolumeBuilder(const CacheGrid& grid, size_t max_cells)
-    : grid_(grid), max_cells_per_shard_(max_cells / kShards), shards_(kShards) {}
+uint64_t VolumeBuilder::KeyAt(const Vec3f& position) const {
+  return CubeAt(grid_, position).KeyAt(0);
+}
 
 void VolumeBuilder::Put(const VolumeRecord& record, Batch* batch) const {
-  const float width = grid_.WidthAt(record.position);
-  const Vec3f cube = CacheGrid::CubeOf(Vec3x8(record.position), Splat(width)).Get(0);
-  const Cube at{cube.cast<int>(), width};
+  const Cube at = CubeAt(grid_, record.position);
   uint64_t key = at.KeyAt(0);
   for (int level = 0; level < kLevels; ++level) {
     const uint64_t parent = level + 1 < kLevels ? at.KeyAt(level + 1) : 0;
-    (*batch)[ShardOf(key)].push_back({key, parent, record.direction, record.radiance});
+    (*batch)[CellTable<Cell>::ShardOf(key)].push_back(
+        {key, parent, record.direction, record.radiance});
     key = parent;
   }
 }
 
-void VolumeBuilder::Grow(Shard* shard) {
-  std::vector<Cell> old(std::max<size_t>(256, 2 * shard->table.size()));
-  old.swap(shard->table);
-  const size_t mask = shard->table.size() - 1;
-  for (const Cell& cell : old) {
-    if (cell.key == 0) continue;
-    size_t i = (cell.key >> 1) & mask;
-    while (shard->table[i].key != 0) i = (i + 1) & mask;
-    shard->table[i] = cell;
-  }
-}
-
-void VolumeBuilder::Add(const Part& part, Shard* shard) const {
-  if (2 * shard->used >= shard->table.size()) Grow(shard);
-  const size_t mask = shard->table.size() - 1;
-  size_t i = (part.key >> 1) & mask;
-  while (shard->table[i].key != 0 && shard->table[i].key != part.key) i = (i + 1) & mask;
-  Cell& cell = shard->table[i];
-  if (cell.key == 0) {
-    if (shard->used >= max_cells_per_shard_) return;
-    cell.key = part.key;
-    cell.parent = part.parent;
-    ++shard->used;
-  }
-  ++cell.count;
+void VolumeBuilder::Add(const Part& part) {
+  Cell* cell = cells_.Get(part.key);
+  if (!cell) return;
+  cell->parent = part.parent;
+  ++cell->count;
   float of[kTerms];
   Harmonics(part.direction.x(), part.direction.y(), part.direction.z(), of);
   const Vec3f light = part.radiance * (4 * kPi);  // Over the density of directions.
   for (size_t k = 0; k < kTerms; ++k) {
-    for (size_t c = 0; c < 3; ++c) cell.sums[3 * k + c] += of[k] * light[static_cast<int>(c)];
+    for (size_t c = 0; c < 3; ++c) cell->sums[3 * k + c] += of[k] * light[static_cast<int>(c)];
   }
 }
 
 void VolumeBuilder::Add(const std::vector<Batch>& batches) {
-  tbb::parallel_for(size_t{0}, size_t{kShards}, [&](size_t s) {
+  tbb::parallel_for(size_t{0}, CellTable<Cell>::kShards, [&](size_t s) {
     for (const Batch& batch : batches) {
-      for (const Part& part : batch[s]) Add(part, &shards_[s]);
+      for (const Part& part : batch[s]) Add(part);
     }
   });
 }
 
-const VolumeBuilder::Cell* VolumeBuilder::Find(uint64_t key) const {
-  const std::vector<Cell>& table = shards_[ShardOf(key)].table;
-  if (key == 0 || table.empty()) return nullptr;
-  const size_t mask = table.size() - 1;
-  for (size_t i = (key >> 1) & mask; table[i].key != 0; i = (i + 1) & mask) {
-    if (table[i].key == key) return &table[i];
-  }
-  return nullptr;
-}
-
 std::array<float, 3 * kTerms> VolumeBuilder::MeansOf(const Cell& cell) const {
-  const Cell* parent = Find(cell.parent);
+  const Cell* parent = cells_.Find(cell.parent);
   std::array<float, 3 * kTerms> means{};
   if (parent) means = MeansOf(*parent);
   const float prior = parent ? kRecordsOfParent : 0;
@@ -188,31 +152,23 @@ std::array<float, 3 * kTerms> VolumeBuilder::MeansOf(const Cell& cell) const {
 IrradianceVolume VolumeBuilder::Freeze() const {
   IrradianceVolume volume;
   volume.grid_ = grid_;
-  for (const Shard& shard : shards_) volume.cells_ += shard.used;
-  size_t size = 64;
-  while (3 * size < 4 * volume.cells_) size *= 2;
-  volume.table_.resize(size);
-  std::vector<std::vector<std::pair<uint64_t, IrradianceVolume::Entry>>> made(shards_.size());
-  tbb::parallel_for(size_t{0}, shards_.size(), [&](size_t s) {
-    for (const Cell& cell : shards_[s].table) {
-      if (cell.key == 0) continue;
+  volume.table_ = FrozenCells<IrradianceVolume::Entry>((4 * cells_.cells() + 2) / 3);
+  std::vector<std::vector<std::pair<uint64_t, IrradianceVolume::Entry>>> made(
+      CellTable<Cell>::kShards);
+  tbb::parallel_for(size_t{0}, made.size(), [&](size_t s) {
+    cells_.ForEachOf(s, [&](const Cell& cell) {
       auto& [key, entry] = made[s].emplace_back();
       key = cell.key;
-      entry.tag = TagOf(key);
       const auto means = MeansOf(cell);
       for (size_t k = 0; k < means.size(); ++k) {
         constexpr float kMost = 65000;
         entry.terms[k] = static_cast<uint16_t>(
             _cvtss_sh(std::clamp(means[k], -kMost, kMost), _MM_FROUND_TO_NEAREST_INT));
       }
-    }
+    });
   });
   for (const auto& shard : made) {
-    for (const auto& [key, entry] : shard) {
-      size_t i = (key >> 1) & (size - 1);
-      while (volume.table_[i].tag != 0) i = (i + 1) & (size - 1);
-      volume.table_[i] = entry;
-    }
+    for (const auto& [key, entry] : shard) volume.table_.Add(key, entry);
   }
   return volume;
 }

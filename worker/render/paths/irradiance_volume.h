@@ -44,9 +44,9 @@ class IrradianceVolume {
   // moves them, which hides the cells' edges.
   IncomingLight8 At(const Vec3x8& positions, const Vec3x8& jitter, Mask8 lanes) const;
 
-  size_t cells() const { return cells_; }
-  size_t bytes() const { return table_.size() * sizeof(Entry); }
-  bool empty() const { return cells_ == 0; }
+  size_t cells() const { return table_.cells(); }
+  size_t bytes() const { return table_.bytes(); }
+  bool empty() const { return cells() == 0; }
 
  private:
   friend class VolumeBuilder;
@@ -55,11 +55,9 @@ class IrradianceVolume {
     std::array<uint16_t, 3 * IncomingLight8::kTerms> terms{};
     uint32_t tag = 0;  // 0: free.
   };
-  const Entry* Find(uint64_t key) const;
 
   CacheGrid grid_;
-  std::vector<Entry> table_;  // Open addressing; a power of two.
-  size_t cells_ = 0;
+  FrozenCells<Entry> table_;
 };
 
 // Light that arrived at a place from one of all directions, each as likely.
@@ -72,7 +70,6 @@ struct VolumeRecord {
 // Collects records into cells. Not thread-safe; Add and Freeze use all cores themselves.
 class VolumeBuilder {
  public:
-  static constexpr int kShards = 64;
   static constexpr int kLevels = 3;  // Cells, their parents, and those of these.
   // A record's part in one cell.
   struct Part {
@@ -80,11 +77,13 @@ class VolumeBuilder {
     Vec3f direction, radiance;
   };
   // Records of consecutive looks, sorted into the shards of their cells.
-  using Batch = std::array<std::vector<Part>, kShards>;
+  using Batch = std::array<std::vector<Part>, CellTable<Part>::kShards>;
 
   // Holds at most `max_cells` cells; records of further cells are dropped.
-  VolumeBuilder(const CacheGrid& grid, size_t max_cells);
+  VolumeBuilder(const CacheGrid& grid, size_t max_cells) : grid_(grid), cells_(max_cells) {}
 
+  // Returns the key of the cell, of the smallest ones, that holds a position.
+  uint64_t KeyAt(const Vec3f& position) const;
   // Adds a record to a batch; thread-safe for different batches.
   void Put(const VolumeRecord& record, Batch* batch) const;
   void Add(const std::vector<Batch>& batches);
@@ -96,20 +95,12 @@ class VolumeBuilder {
     float count = 0;
     std::array<float, 3 * IncomingLight8::kTerms> sums{};
   };
-  struct Shard {
-    std::vector<Cell> table;  // Open addressing; a power of two.
-    size_t used = 0;
-  };
-  static size_t ShardOf(uint64_t key) { return key >> 58; }
-  static void Grow(Shard* shard);
-  void Add(const Part& part, Shard* shard) const;
-  const Cell* Find(uint64_t key) const;
+  void Add(const Part& part);
   // Returns the cell's means, towards those of its parents where it has few records.
   std::array<float, 3 * IncomingLight8::kTerms> MeansOf(const Cell& cell) const;
 
   CacheGrid grid_;
-  size_t max_cells_per_shard_;
-  std::vector<Shard> shards_;
+  CellTable<Cell> cells_;
 };
 
 }  // namespace parallax

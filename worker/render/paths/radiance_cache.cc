@@ -41,8 +41,6 @@ const Vec3f kShift_m(0.0137f, 0.0219f, 0.0171f);
 constexpr float kMostlyRough = 0.9f;
 constexpr float kBrightPart = 0.15f;  // Share of a cell's records.
 
-uint32_t TagOf(uint64_t key) { return static_cast<uint32_t>(key >> 32) | 1u; }
-
 }  // namespace
 
 float CacheGrid::WidthAt(const Vec3f& position) const {
@@ -88,18 +86,9 @@ uint64_t CacheGrid::KeyOf(const Eigen::Vector3i& cube, uint32_t face, uint32_t g
   return Mix(a * 0x9e3779b97f4a7c15u + b * 0xc2b2ae3d27d4eb4fu + c * 0x165667b19e3779f9u) | 1u;
 }
 
-const RadianceCache::Entry* RadianceCache::Find(uint64_t key) const {
-  const size_t mask = table_.size() - 1;
-  const uint32_t tag = TagOf(key);
-  for (size_t i = (key >> 1) & mask;; i = (i + 1) & mask) {
-    if (table_[i].tag == tag) return &table_[i];
-    if (table_[i].tag == 0) return nullptr;
-  }
-}
-
 void RadianceCache::Ask(const CacheQuestions8& questions, uint64_t* keys) const {
   std::fill_n(keys, kLanes, uint64_t{0});
-  if (cells_ == 0) return;
+  if (empty()) return;
   const Float8 width = grid_.WidthAt(questions.position) * questions.coarse;
   uint32_t asked = questions.asked & BitsOf(width <= questions.widest_m);
   const Frame8 frame(questions.normal);
@@ -114,14 +103,14 @@ void RadianceCache::Ask(const CacheQuestions8& questions, uint64_t* keys) const 
     keys[lane] = CacheGrid::KeyOf({x[lane], y[lane], z[lane]}, static_cast<uint32_t>(face[lane]),
                                   static_cast<uint32_t>(questions.group[lane]),
                                   static_cast<uint16_t>(questions.slot[lane]), width[lane]);
-    __builtin_prefetch(&table_[(keys[lane] >> 1) & (table_.size() - 1)]);
+    table_.Prefetch(keys[lane]);
   }
 }
 
 bool RadianceCache::Answer(uint64_t key, const CachePlace& place, Vec3f* radiance) const {
   if (key == 0) return false;
-  const Entry* entry = Find(key);
-  if (!entry) entry = Find(grid_.KeyOf(place));
+  const Entry* entry = table_.Find(key);
+  if (!entry) entry = table_.Find(grid_.KeyOf(place));
   if (!entry) return false;
   *radiance = UnpackRadiance(entry->radiance);
   return true;
@@ -135,46 +124,22 @@ void CacheRecord::Cut(float luminance) {
   radiance *= luminance / whole;
 }
 
-CacheBuilder::CacheBuilder(const CacheGrid& grid, size_t max_cells)
-    : grid_(grid), max_cells_per_shard_(max_cells / kShards), shards_(kShards) {}
-
-void CacheBuilder::Grow(Shard* shard) {
-  std::vector<Cell> old(std::max<size_t>(256, 2 * shard->table.size()));
-  old.swap(shard->table);
-  const size_t mask = shard->table.size() - 1;
-  for (const Cell& cell : old) {
-    if (cell.key == 0) continue;
-    size_t i = (cell.key >> 1) & mask;
-    while (shard->table[i].key != 0) i = (i + 1) & mask;
-    shard->table[i] = cell;
-  }
-}
-
-void CacheBuilder::Add(const CacheRecord& record, Shard* shard) const {
-  if (2 * shard->used >= shard->table.size()) Grow(shard);
-  const size_t mask = shard->table.size() - 1;
-  size_t i = (record.key >> 1) & mask;
-  while (shard->table[i].key != 0 && shard->table[i].key != record.key) i = (i + 1) & mask;
-  Cell& cell = shard->table[i];
-  if (cell.key == 0) {
-    if (shard->used >= max_cells_per_shard_) return;
-    cell.key = record.key;
-    cell.region = record.region;
-    ++shard->used;
-  }
-  ++cell.count;
+void CacheBuilder::Add(const CacheRecord& record) {
+  Cell* cell = cells_.Get(record.key);
+  if (!cell) return;
+  if (cell->count++ == 0) cell->region = record.region;
   if (!record.rough) return;
-  ++cell.rough;
-  cell.sum += record.radiance;
+  ++cell->rough;
+  cell->sum += record.radiance;
   if (record.excess.isZero()) return;
-  ++cell.cut;
-  cell.excess += record.excess;
+  ++cell->cut;
+  cell->excess += record.excess;
 }
 
 void CacheBuilder::Add(const std::vector<Batch>& batches) {
-  tbb::parallel_for(size_t{0}, size_t{kShards}, [&](size_t s) {
+  tbb::parallel_for(size_t{0}, CellTable<Cell>::kShards, [&](size_t s) {
     for (const Batch& batch : batches) {
-      for (const CacheRecord& record : batch.shards[s]) Add(record, &shards_[s]);
+      for (const CacheRecord& record : batch.shards[s]) Add(record);
     }
   });
 }
@@ -195,46 +160,27 @@ RadianceCache CacheBuilder::Freeze(int min_records) const {
     Vec3f kept = Vec3f::Zero();
   };
   std::unordered_map<uint64_t, Region> regions;
-  for (const Shard& shard : shards_) {
-    for (const Cell& cell : shard.table) {
-      cache.cells_ += known(cell) ? 1 : 0;
-      if (cell.rough == 0 || cell.bright()) continue;
-      Region& region = regions[cell.region];
-      region.excess += cell.excess;
-      region.kept += cell.sum;
+  size_t count = 0;
+  cells_.ForEach([&](const Cell& cell) {
+    count += known(cell) ? 1 : 0;
+    if (cell.rough == 0 || cell.bright()) return;
+    Region& region = regions[cell.region];
+    region.excess += cell.excess;
+    region.kept += cell.sum;
+  });
+  cache.table_ = FrozenCells<RadianceCache::Entry>(2 * count);
+  cells_.ForEach([&](const Cell& cell) {
+    if (!known(cell)) return;
+    const auto rough = static_cast<float>(cell.rough);
+    Vec3f mean = (cell.bright() ? Vec3f(cell.sum + cell.excess) : cell.sum) / rough;
+    if (!cell.bright()) {
+      const Region& region = regions.at(cell.region);
+      const float kept = Luminance(region.kept);
+      if (kept > 0.0f) mean += region.excess * (Luminance(mean) / kept);
     }
-  }
-  size_t size = 64;
-  while (size < 2 * cache.cells_) size *= 2;
-  cache.table_.resize(size);
-  for (const Shard& shard : shards_) {
-    for (const Cell& cell : shard.table) {
-      if (!known(cell)) continue;
-      size_t i = (cell.key >> 1) & (size - 1);
-      while (cache.table_[i].tag != 0) i = (i + 1) & (size - 1);
-      const auto rough = static_cast<float>(cell.rough);
-      Vec3f mean = (cell.bright() ? Vec3f(cell.sum + cell.excess) : cell.sum) / rough;
-      if (!cell.bright()) {
-        const Region& region = regions.at(cell.region);
-        const float kept = Luminance(region.kept);
-        if (kept > 0.0f) mean += region.excess * (Luminance(mean) / kept);
-      }
-      cache.table_[i] = {TagOf(cell.key), PackRadiance(mean)};
-    }
-  }
+    cache.table_.Add(cell.key, {.radiance = PackRadiance(mean)});
+  });
   return cache;
-}
-
-size_t CacheBuilder::cells() const {
-  size_t sum = 0;
-  for (const Shard& shard : shards_) sum += shard.used;
-  return sum;
-}
-
-size_t CacheBuilder::bytes() const {
-  size_t sum = 0;
-  for (const Shard& shard : shards_) sum += shard.table.size() * sizeof(Cell);
-  return sum;
 }
 
 }  // namespace parallax

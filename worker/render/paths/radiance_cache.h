@@ -20,6 +20,7 @@
 
 #include "common/math/lanes.h"
 #include "common/math/types.h"
+#include "worker/render/paths/cell_table.h"
 
 namespace parallax {
 
@@ -84,9 +85,9 @@ class RadianceCache {
   // gave there. False when the cache has no answer.
   bool Answer(uint64_t key, const CachePlace& place, Vec3f* radiance) const;
 
-  size_t cells() const { return cells_; }
-  size_t bytes() const { return table_.size() * sizeof(Entry); }
-  bool empty() const { return cells_ == 0; }
+  size_t cells() const { return table_.cells(); }
+  size_t bytes() const { return table_.bytes(); }
+  bool empty() const { return cells() == 0; }
 
  private:
   friend class CacheBuilder;
@@ -95,11 +96,9 @@ class RadianceCache {
     uint32_t tag = 0;       // 0 = free.
     uint32_t radiance = 0;  // Three mantissas of 9 bits and their exponent.
   };
-  const Entry* Find(uint64_t key) const;
 
   CacheGrid grid_;
-  std::vector<Entry> table_;  // Open addressing; a power of two.
-  size_t cells_ = 0;
+  FrozenCells<Entry> table_;
 };
 
 // Radiance that one path found at one surface.
@@ -118,15 +117,16 @@ struct CacheRecord {
 // Collects records into cells. Not thread-safe; Add uses all cores itself.
 class CacheBuilder {
  public:
-  static constexpr int kShards = 64;
   // Records of consecutive paths, sorted into the shards of their cells.
   struct Batch {
-    std::array<std::vector<CacheRecord>, kShards> shards;
-    void Add(const CacheRecord& record) { shards[ShardOf(record.key)].push_back(record); }
+    std::array<std::vector<CacheRecord>, CellTable<CacheRecord>::kShards> shards;
+    void Add(const CacheRecord& record) {
+      shards[CellTable<CacheRecord>::ShardOf(record.key)].push_back(record);
+    }
   };
 
   // Holds at most `max_cells` cells; records of further cells are dropped.
-  CacheBuilder(const CacheGrid& grid, size_t max_cells);
+  CacheBuilder(const CacheGrid& grid, size_t max_cells) : grid_(grid), cells_(max_cells) {}
 
   void Add(const std::vector<Batch>& batches);
   // Makes the cache of cells met at least `min_records` times, nearly always by paths that found
@@ -136,8 +136,8 @@ class CacheBuilder {
   // shadows stay dark.
   RadianceCache Freeze(int min_records) const;
   const CacheGrid& grid() const { return grid_; }
-  size_t cells() const;
-  size_t bytes() const;
+  size_t cells() const { return cells_.cells(); }
+  size_t bytes() const { return cells_.bytes(); }
 
  private:
   struct Cell {
@@ -150,17 +150,10 @@ class CacheBuilder {
     uint64_t region = 0;
     bool bright() const;
   };
-  struct Shard {
-    std::vector<Cell> table;  // Open addressing; a power of two.
-    size_t used = 0;
-  };
-  static size_t ShardOf(uint64_t key) { return key >> 58; }
-  static void Grow(Shard* shard);
-  void Add(const CacheRecord& record, Shard* shard) const;
+  void Add(const CacheRecord& record);
 
   CacheGrid grid_;
-  size_t max_cells_per_shard_;
-  std::vector<Shard> shards_;
+  CellTable<Cell> cells_;
 };
 
 }  // namespace parallax

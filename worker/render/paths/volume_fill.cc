@@ -3,6 +3,10 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+#include <cmath>
+#include <span>
+
 #include "common/base/status.h"
 #include "worker/render/camera/camera_rays.h"
 #include "worker/render/surface/sampling.h"
@@ -12,15 +16,49 @@ namespace {
 
 constexpr int64_t kLooksPerBatch = 2048;
 constexpr int64_t kLooksPerRound = 1 << 18;  // Bounds the memory of records on their way to cells.
-constexpr int kDirections = 4;               // Records of a look.
-constexpr int64_t kLooksTogether = PathTracer::kTogether / kDirections;
+constexpr uint32_t kDirections = 4;          // Records of a look.
+constexpr float kRows = 48;                  // Of a picture, for looks' order.
+constexpr size_t kMetTogether = PathTracer::kTogether / kDirections;
 // Shares of all looks after which the volume is renewed; the first run without it.
-constexpr double kRenewals[] = {0.1, 0.25, 0.5, 1.0};
+constexpr double kRenewals[] = {0.04, 0.15, 0.4, 1.0};
 // Light that was scattered often is in the first records too: all count alike in the end.
 constexpr int kFirstBounces = 32;
 constexpr float kSpread = 0.3f;                  // Angle of a record's ray cones, radians.
 constexpr float kBrightestOverTypical = 64;      // Rare light above this multiple is cut.
 constexpr uint32_t kLookPass = 6, kRayPass = 7;  // SampleStream.pass.
+
+// A place that a look met.
+struct Met {
+  Vec3f position = Vec3f::Zero();
+  Vec3f normal = Vec3f::UnitZ();  // On the look's side.
+  bool sheet = false;
+  uint64_t place = 0;   // PlaceCode.
+  uint64_t cell = 0;    // VolumeBuilder::KeyAt.
+  uint32_t number = 0;  // Among the looks that met the cell.
+};
+
+// Returns the number of a position along a Z-curve through cubes of a quarter of a metre: close
+// positions have close numbers.
+uint64_t PlaceCode(const Vec3f& position) {
+  uint64_t code = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    auto x =
+        static_cast<uint64_t>(static_cast<int64_t>(std::floor(4 * position[axis])) + (1 << 20));
+    x &= 0x1fffff;
+    x = (x | x << 32) & 0x1f00000000ffff;
+    x = (x | x << 16) & 0x1f0000ff0000ff;
+    x = (x | x << 8) & 0x100f00f00f00f00f;
+    x = (x | x << 4) & 0x10c30c30c30c30c3;
+    x = (x | x << 2) & 0x1249249249249249;
+    code |= x << axis;
+  }
+  return code;
+}
+
+struct CellLooks {
+  uint64_t key = 0;
+  uint32_t count = 0;
+};
 
 class VolumeFiller {
  public:
@@ -43,37 +81,87 @@ class VolumeFiller {
   }
   PathTracer Tracer() const { return PathTracer(scene_, lights_, options_); }
 
-  // Appends the records of looks [first, last), at most kLooksTogether.
-  void Trace(PathTracer* tracer, int64_t first, int64_t last,
+  // Returns what looks [begin, end) meet, along PlaceCode: neighbours, which meet the same parts of
+  // the scene's trees, are to be traced together. Only `number` is not set.
+  std::vector<Met> Look(int64_t begin, int64_t end, const VolumeBuilder& builder) const {
+    std::vector<std::vector<Met>> met(2 * rigs_.size());
+    tbb::parallel_for(size_t{0}, met.size(), [&](size_t view) {
+      // View v has the looks v, v + views, v + 2 views...
+      const auto before = [&](int64_t looks) {
+        return (looks + static_cast<int64_t>(met.size() - 1 - view)) /
+               static_cast<int64_t>(met.size());
+      };
+      met[view] = LookFrom(view, before(begin), before(end));
+      for (Met& at : met[view]) {
+        at.cell = builder.KeyAt(at.position);
+        at.place = PlaceCode(at.position);
+      }
+    });
+    std::vector<Met> all;
+    for (const auto& of_view : met) all.insert(all.end(), of_view.begin(), of_view.end());
+    std::stable_sort(all.begin(), all.end(),
+                     [](const Met& a, const Met& b) { return a.place < b.place; });
+    return all;
+  }
+
+  // Appends the records of at most kMetTogether places.
+  void Trace(PathTracer* tracer, std::span<const Met> met,
              std::vector<VolumeRecord>* records) const {
-    const size_t before = records->size();
     std::vector<Path> paths;
-    for (int64_t begin = first; begin < last; begin += kLanes) {
-      Look(begin, static_cast<int>(std::min<int64_t>(kLanes, last - begin)), &paths, records);
+    for (const Met& at : met) {
+      for (uint32_t d = 0; d < kDirections; ++d) {
+        Path& path = paths.emplace_back(
+            Sampler(CombineHash(ray_hash_, static_cast<uint32_t>(at.cell)),
+                    static_cast<uint32_t>(at.cell >> 32), 0, at.number * kDirections + d));
+        const Vec2f u = path.sampler.Pair();
+        path.ray.direction = DirectionAt(1 - 2 * u.x(), 2 * kPi * u.y());
+        // A sheet receives from both sides; other surfaces are what the air before them sees.
+        const bool behind = at.sheet && path.ray.direction.dot(at.normal) < 0;
+        path.ray.origin = OffsetPoint(at.position, behind ? Vec3f(-at.normal) : at.normal);
+        path.ray.spread = kSpread;
+        path.lights_sampled = true;
+      }
     }
     tracer->Trace(paths);
     for (size_t i = 0; i < paths.size(); ++i) {
-      Vec3f& radiance = (*records)[before + i].radiance;
-      radiance = paths[i].result.radiance;
-      if (!radiance.allFinite()) radiance.setZero();
+      const Vec3f& radiance = paths[i].result.radiance;
+      records->push_back({met[i / kDirections].position, paths[i].ray.direction,
+                          radiance.allFinite() ? radiance : Vec3f::Zero()});
     }
   }
 
  private:
-  // Starts the rays of up to eight looks, and a record for each.
-  void Look(int64_t begin, int count, std::vector<Path>* paths,
-            std::vector<VolumeRecord>* records) const {
-    const auto views = static_cast<int64_t>(2 * rigs_.size());
+  // Returns what looks [first, last) of a view meet.
+  std::vector<Met> LookFrom(size_t view, int64_t first, int64_t last) const {
+    const PinholeCamera& camera = rigs_[view / 2].eyes[view % 2];
+    std::vector<Vec2f> points;
+    for (int64_t sample = first; sample < last; ++sample) {
+      points.push_back(
+          Sampler(look_hash_, static_cast<uint32_t>(view), 0, static_cast<uint32_t>(sample))
+              .Pair());
+    }
+    // Neighbours in the picture are traced together, row by row.
+    std::sort(points.begin(), points.end(), [](const Vec2f& a, const Vec2f& b) {
+      const float row_a = std::floor(kRows * a.y()), row_b = std::floor(kRows * b.y());
+      return row_a != row_b ? row_a < row_b : a.x() < b.x();
+    });
+    std::vector<Met> met;
+    for (size_t i = 0; i < points.size(); i += kLanes) {
+      LookEight(camera, std::span(points).subspan(i, std::min<size_t>(kLanes, points.size() - i)),
+                &met);
+    }
+    return met;
+  }
+
+  void LookEight(const PinholeCamera& camera, std::span<const Vec2f> points,
+                 std::vector<Met>* met) const {
+    const CameraRays through(camera);
+    const auto count = static_cast<int>(points.size());
     Rays8 rays;
     for (int k = 0; k < kLanes; ++k) {
-      const int64_t index = begin + std::min(k, count - 1);
-      const auto view = static_cast<size_t>(index % views);
-      const PinholeCamera& camera = rigs_[view / 2].eyes[view % 2];
-      Sampler sampler(look_hash_, static_cast<uint32_t>(view), 0,
-                      static_cast<uint32_t>(index / views));
-      const Vec2f at = sampler.Pair();
-      const Ray ray = CameraRays(camera).Through(at.x() * static_cast<float>(camera.width_px),
-                                                 at.y() * static_cast<float>(camera.height_px));
+      const Vec2f& at = points[static_cast<size_t>(std::min(k, count - 1))];
+      const Ray ray = through.Through(at.x() * static_cast<float>(camera.width_px),
+                                      at.y() * static_cast<float>(camera.height_px));
       rays.origin.Set(k, ray.origin);
       rays.direction.Set(k, ray.direction);
     }
@@ -83,23 +171,12 @@ class VolumeFiller {
     const SurfaceIds8 ids = scene_.Identify(hits);
     for (int k = 0; k < count; ++k) {
       if (hits.met[k] == 0) continue;
-      Vec3f normal = ids.geometric_normal.Get(k);
-      if (normal.dot(rays.direction.Get(k)) > 0) normal = -normal;
-      const Vec3f position = hits.position.Get(k);
-      const bool sheet = scene_.cache_group(static_cast<uint32_t>(hits.placed[k]))
-                             .Sheet(static_cast<uint16_t>(ids.slot[k]));
-      for (int d = 0; d < kDirections; ++d) {
-        Path& path = paths->emplace_back(
-            Sampler(ray_hash_, 0, 0, static_cast<uint32_t>((begin + k) * kDirections + d)));
-        const Vec2f u = path.sampler.Pair();
-        path.ray.direction = DirectionAt(1 - 2 * u.x(), 2 * kPi * u.y());
-        // A sheet receives from both sides; other surfaces are what the air before them sees.
-        const bool behind = sheet && path.ray.direction.dot(normal) < 0;
-        path.ray.origin = OffsetPoint(position, behind ? Vec3f(-normal) : normal);
-        path.ray.spread = kSpread;
-        path.lights_sampled = true;
-        records->push_back({position, path.ray.direction, Vec3f::Zero()});
-      }
+      Met& at = met->emplace_back();
+      at.position = hits.position.Get(k);
+      at.normal = ids.geometric_normal.Get(k);
+      if (at.normal.dot(rays.direction.Get(k)) > 0) at.normal = -at.normal;
+      at.sheet = scene_.cache_group(static_cast<uint32_t>(hits.placed[k]))
+                     .Sheet(static_cast<uint16_t>(ids.slot[k]));
     }
   }
 
@@ -135,6 +212,7 @@ absl::StatusOr<IrradianceVolume> FillIrradianceVolume(
   }
   VolumeFiller filler(scene, lights, options, scene_seed, rigs);
   VolumeBuilder builder(CacheGrid(eyes, fill.cell_m), fill.max_cells);
+  CellTable<CellLooks> cell_looks(fill.max_cells);
   IrradianceVolume volume;
   float limit = 0;
   int64_t begin = 0;
@@ -146,12 +224,18 @@ absl::StatusOr<IrradianceVolume> FillIrradianceVolume(
     while (begin < renewal) {
       const int64_t end = std::min(renewal, begin + kLooksPerRound);
       const auto count = static_cast<size_t>((end - begin + kLooksPerBatch - 1) / kLooksPerBatch);
+      std::vector<Met> all = filler.Look(begin, end, builder);
+      // The rays of a cell are points of one sequence, so that they cover all directions evenly.
+      for (Met& at : all) {
+        CellLooks* looks = cell_looks.Get(at.cell);
+        at.number = looks ? looks->count++ : 0;
+      }
       std::vector<std::vector<VolumeRecord>> records(count);
       tbb::parallel_for(size_t{0}, count, [&](size_t b) {
-        const int64_t first = begin + static_cast<int64_t>(b) * kLooksPerBatch;
-        const int64_t last = std::min(end, first + kLooksPerBatch);
-        for (int64_t i = first; i < last && !cancel.cancelled(); i += kLooksTogether) {
-          filler.Trace(&tracers.local(), i, std::min(i + kLooksTogether, last), &records[b]);
+        const size_t last = std::min(all.size(), (b + 1) * kLooksPerBatch);
+        for (size_t i = b * kLooksPerBatch; i < last && !cancel.cancelled(); i += kMetTogether) {
+          filler.Trace(&tracers.local(),
+                       std::span(all).subspan(i, std::min(kMetTogether, last - i)), &records[b]);
         }
       });
       if (cancel.cancelled()) return Cancelled("render: cancelled");

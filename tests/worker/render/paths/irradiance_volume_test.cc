@@ -139,6 +139,30 @@ struct Lit {
   }
 };
 
+// Bare ground below the sky receives the same everywhere; cells differ by their noise alone. With
+// directions of one sequence for all cells they would differ by 0.2.
+TEST(IrradianceVolume, TheRaysOfACellCoverAllDirectionsEvenly) {
+  TestScene test;
+  test.AddMesh(MakeQuad({-8, -8, 0}, {16, 0, 0}, {0, 16, 0}),
+               test.AddMaterial(DiffuseSample(Vec3f::Constant(0.3f))));
+  test.recipe.mutable_sky()->set_strength(1);
+  *test.recipe.add_rigs() = MakeRig({0, -3, 3}, {0, 1, -1.5}, 96, 64, 80, 0.1);
+  const Lit lit(test, SmallFill(4000, 0.5f));
+  double sum = 0, squares = 0, count = 0;
+  for (float x = -1; x <= 1; x += 0.5f) {
+    for (float y = -2; y <= 0; y += 0.5f) {
+      const IncomingLight8 light = At(lit.volume, {x, y, 0.01f});
+      ASSERT_TRUE(Any(light.known));
+      const double up = light.Irradiance(Vec3x8(Vec3f(0, 0, 1))).Get(0).y();
+      sum += up;
+      squares += up * up;
+      ++count;
+    }
+  }
+  const double mean = sum / count;
+  EXPECT_LT(std::sqrt(squares / count - mean * mean) / mean, 0.04);
+}
+
 // A closed box of 2 m whose walls shine: lamps are sampled, all else is in the volume.
 TEST(IrradianceVolume, AShiningFurnaceHasTheRadianceOfItsClosedForm) {
   constexpr double kAlbedo = 0.6, kPower = 240;

@@ -29,7 +29,7 @@ class SchemaTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as out:
             subprocess.run(["/usr/bin/python3", "-B", SOURCE / "deploy/site/make_reference.py", "config",
                             "--proto", SOURCE / "proto", "--out", out], check=True)
-            for name in ("scene.schema.json", "study.schema.json"):
+            for name in ("biome.schema.json", "scene.schema.json", "study.schema.json"):
                 self.assertEqual((SCHEMAS / name).read_text(), pathlib.Path(out, name).read_text(),
                                  "run deploy/site/build.sh --schemas")
 
@@ -38,6 +38,10 @@ class SchemaTest(unittest.TestCase):
         self.assertGreaterEqual(len(files), 3)
         for path in files:
             jsonschema.validate(load(path), schema("scene"))
+        files = sorted((SOURCE / "configs/biomes").glob("*.yaml"))
+        self.assertEqual(len(files), 11)
+        for path in files:
+            jsonschema.validate(load(path), schema("biome"))
         files = sorted((SOURCE / "configs/studies").glob("*.yaml"))
         self.assertGreaterEqual(len(files), 7)
         for path in files:
@@ -51,6 +55,13 @@ class SchemaTest(unittest.TestCase):
         study["variants"][-1]["heldout"] = 1
         with self.assertRaises(jsonschema.ValidationError):
             jsonschema.validate(study, schema("study"))
+
+    def test_a_land_of_the_users_own_has_a_weight_by_its_name(self):
+        scene = {"type": "nature", "nature": {"biome_files": ["my_heath.yaml"], "biomes": {"my_heath": 1}}}
+        jsonschema.validate(scene, schema("scene"))
+        scene["nature"]["biomes"]["my_heath"] = "often"
+        with self.assertRaises(jsonschema.ValidationError):
+            jsonschema.validate(scene, schema("scene"))
 
     def test_mistakes_do_not_fit(self):
         good = load(SOURCE / "configs/studies/quickstart.yaml")

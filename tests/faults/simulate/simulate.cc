@@ -25,6 +25,7 @@ namespace {
 constexpr uint64_t kSeedsForControls = 200;
 constexpr int kKeptSeedsToRunTwice = 5;
 constexpr int kFoundSomething = 3;  // Exit status of a child.
+constexpr unsigned kMostChildren = 64;
 
 struct NamedMutation {
   const char* name;
@@ -48,6 +49,7 @@ struct Totals {
   std::atomic<double> virtual_s{0}, cpu_s{0};
   std::atomic<int64_t> failed{0};
   std::atomic<uint64_t> first_failed{0};
+  std::atomic<uint64_t> current[kMostChildren] = {};  // The seed of each child.
 };
 
 class SharedTotals {
@@ -113,7 +115,8 @@ std::vector<uint64_t> KeptSeeds() {
 void RunMany(uint64_t last, double seconds, SharedTotals& totals, Tally& tally) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   std::vector<pid_t> children;
-  for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i) {
+  const unsigned cores = std::clamp(std::thread::hardware_concurrency(), 1u, kMostChildren);
+  for (unsigned i = 0; i < cores; ++i) {
     const pid_t pid = fork();
     if (pid != 0) {
       children.push_back(pid);
@@ -124,17 +127,19 @@ void RunMany(uint64_t last, double seconds, SharedTotals& totals, Tally& tally) 
     while (seconds <= 0 || std::chrono::steady_clock::now() < end) {
       const uint64_t seed = totals->next++;
       if (seed > last) break;
+      totals->current[i] = seed;
       alarm(300);  // A run that does not come to its end is a failure, too.
       sound &= Count(seed, *totals);
     }
     _exit(sound ? 0 : kFoundSomething);
   }
-  for (const pid_t child : children) {
+  for (size_t i = 0; i < children.size(); ++i) {
     int status = 0;
-    waitpid(child, &status, 0);
+    waitpid(children[i], &status, 0);
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) continue;
     if (WIFEXITED(status) && WEXITSTATUS(status) == kFoundSomething) continue;
-    tally.Lost("a child died at one of the seeds before " + std::to_string(totals->next));
+    PrintFailure(totals->current[i], {"its process ended with " + std::to_string(status)});
+    tally.Lost("seed " + std::to_string(totals->current[i]) + " ended its process");
   }
   if (totals->failed > 0) {
     tally.Lost(std::to_string(totals->failed) + " seeds fail, the first was " +

@@ -21,6 +21,8 @@ class SimCoordinator final : public JobQueueObserver {
   ~SimCoordinator() override;
 
   void Start();
+  // Ends it for good. Its streams close, so their lines must still exist.
+  void End() { life_.reset(); }
   // Ends the process, or its machine's power.
   void Die(bool power_cut);
   bool is_up() const { return life_ != nullptr; }

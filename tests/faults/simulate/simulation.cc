@@ -29,6 +29,8 @@ class Run {
     client_ = std::make_unique<SimClient>(world_, coordinator_, names);
   }
 
+  ~Run() { coordinator_.End(); }  // Before the workers, who have its streams' lines.
+
   RunResult Live() {
     coordinator_.Start();
     client_->Start();

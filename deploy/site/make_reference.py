@@ -344,7 +344,6 @@ def main():
     args.add_argument("--proto", default="proto")
     args.add_argument("--bin", type=pathlib.Path, default=pathlib.Path("build/release/bin"))
     args.add_argument("--out", type=pathlib.Path, required=True)
-    args.add_argument("--schemas", type=pathlib.Path, help="folder for the JSON Schemas (default: --out)")
     args = args.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
     if args.what == "commands":
@@ -352,7 +351,7 @@ def main():
         return
     schema = Schema(*load_files(args.proto))
     write_config_page(schema, args.out)
-    write_json_schemas(schema, args.schemas or args.out)
+    write_json_schemas(schema, args.out)
     if schema.without_meaning:
         sys.exit("reference: no comment in proto/parallax/v1 says what these fields mean: " +
                  ", ".join(dict.fromkeys(schema.without_meaning)))

@@ -37,7 +37,8 @@ DISTRIBUTION = "A number, or `{uniform: [low, high]}`, `{uniform_int: [low, high
 
 # Messages of lands that a file writes on one line.
 SHORT = {"Quantity": "distribution or formula", "SoftSpan": "[low, high, soft]",
-         "GroundPatches": "[wavelength_m, cover, soft]", "SizeSpan": "[low, high]"}
+         "GroundPatches": "[wavelength_m, cover, soft]", "GroundRows": "[spacing_m, width_m, direction_deg]",
+         "SizeSpan": "[low, high]"}
 ABOUT = {"Lands": "A file of a land has these fields: the built-in ones in `configs/biomes`, and yours, which "
                   "[`nature.biome_files`](../recipes/nature.md) names. `parallax config biome FILE` checks it. A number is a "
                   "distribution, or a formula with +, - and * of numbers and names: those that `let` gives, and `low_m`, "

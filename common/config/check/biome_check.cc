@@ -258,6 +258,7 @@ class BiomeChecker {
       if (const auto* size = dynamic_cast<const v1::SizeSpan*>(&part)) {
         CheckOrder(size->low(), size->high(), place);
       }
+      if (dynamic_cast<const v1::GroundRows*>(&part)) NeedAll(part, place, {"direction_deg"});
       CheckParts(part, place);
     }
   }

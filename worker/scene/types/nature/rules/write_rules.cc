@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -147,6 +148,11 @@ class RuleWriter {
     SetRange(part.has_deposit_m(), part.deposit_m(), &Mask::mutable_deposit_m, mask);
     SetRange(part.has_shade(), part.shade(), &Mask::mutable_shade, mask);
     SetRange(part.has_snow_m(), part.snow_m(), &Mask::mutable_snow_m, mask);
+    if (part.has_rows()) {
+      mask.set_rows_m(Number(part.rows().spacing_m()));
+      mask.set_row_width_m(Number(part.rows().width_m()));
+      mask.set_row_direction_rad(Number(part.rows().direction_deg()) * M_PI / 180);
+    }
     if (!part.has_patches()) return mask;
     mask.set_noise_m(Number(part.patches().wavelength_m()));
     mask.set_noise_cover(Number(part.patches().cover()));

@@ -136,7 +136,7 @@ std::string ConditionsOf(const v1::BiomeLayer& layer) {
 }
 
 std::string QuantityText(const v1::Quantity& quantity) {
-  // Of a message with it alone: "times: {uniform: [0, 1]}".
+  // The text of a message with it alone: "times: {uniform: [0, 1]}".
   v1::BiomeLayer only;
   *only.mutable_times() = quantity;
   const std::string text = MessageToYaml(only);

@@ -367,7 +367,7 @@ class Dispatcher::Impl {
   CountHistogram latency_s_{{0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5}};
   double latency_sum_s_ = 0;
 
-  // Of the dispatcher's thread.
+  // Used by the dispatcher's thread alone.
   SteadyTime look_at_;
   SteadyTime check_at_;
 

@@ -75,7 +75,7 @@ struct Tables {
   // READY jobs whose group had no part when they became READY. While they are READY, no job makes
   // the part (they would be BLOCKED on it), so it need not be looked for.
   std::unordered_set<int64_t> without_part;
-  Effects effects;        // Of the commands since Machine::TakeEffects.
+  Effects effects;        // Effects of the commands since Machine::TakeEffects.
   size_t ready_mark = 0;  // Where those of the current command begin in effects.ready.
 
   // ---- The current command's notes

@@ -17,7 +17,7 @@ namespace {
 constexpr int64_t kLooksPerBatch = 2048;
 constexpr int64_t kLooksPerRound = 1 << 18;  // Bounds the memory of records on their way to cells.
 constexpr uint32_t kDirections = 4;          // Records of a look.
-constexpr float kRows = 48;                  // Of a picture, for looks' order.
+constexpr float kRows = 48;                  // Rows of a picture, by which looks are sorted.
 constexpr size_t kMetTogether = PathTracer::kTogether / kDirections;
 // Shares of all looks after which the volume is renewed; the first run without it.
 constexpr double kRenewals[] = {0.04, 0.15, 0.4, 1.0};

@@ -139,8 +139,8 @@ struct Lit {
   }
 };
 
-// Bare ground below the sky receives the same everywhere; cells differ by their noise alone. With
-// directions of one sequence for all cells they would differ by 0.2.
+// Bare ground below the sky receives the same everywhere; cells differ by their noise alone: by
+// 0.003, and by 0.027 where each look draws its directions for itself.
 TEST(IrradianceVolume, TheRaysOfACellCoverAllDirectionsEvenly) {
   TestScene test;
   test.AddMesh(MakeQuad({-8, -8, 0}, {16, 0, 0}, {0, 16, 0}),
@@ -160,7 +160,7 @@ TEST(IrradianceVolume, TheRaysOfACellCoverAllDirectionsEvenly) {
     }
   }
   const double mean = sum / count;
-  EXPECT_LT(std::sqrt(squares / count - mean * mean) / mean, 0.04);
+  EXPECT_LT(std::sqrt(squares / count - mean * mean) / mean, 0.01);
 }
 
 // A closed box of 2 m whose walls shine: lamps are sampled, all else is in the volume.

@@ -88,6 +88,8 @@ make_tree() {
 # add_shared_files TREE KIND: adds the files that the programs need beside libraries.
 add_shared_files() {
   cp -r configs "$1/share/parallax/configs"
+  /usr/bin/python3 -B deploy/site/make_reference.py config --out "$1/share/parallax/configs/schema"
+  rm "$1/share/parallax/configs/schema/config.md"
   mkdir "$1/share/parallax/benchmarks"
   cp -r "$BENCHMARKS/shipped" "$1/share/parallax/benchmarks/shipped"
   installed_as tarball "$1"

@@ -56,8 +56,8 @@ inline std::string DescribeVersions(const StageVersions& versions = {}) {
 }
 
 // Version of the messages between a coordinator and its workers: raise it whenever one of them
-// could misread the other. 2: jobs travel as a kind and bytes.
-inline constexpr int kWorkProtocol = 2;
+// could misread the other. 2: jobs travel as a kind and bytes. 3: configs carry lands of one's own.
+inline constexpr int kWorkProtocol = 3;
 // The version of the programs, for people.
 extern const char* const kProgramVersion;
 

@@ -43,6 +43,16 @@ WovenFabric bark carpet ceramic concrete fabric food glass leaf leather metal mi
 plastic rock sand skin soil stone terrazzo wallpaper wood
 )";
 
+constexpr char kGroundMaterials[] = R"(
+CaveRock DesertSand ForestFloor Granite Grass Gravel GreyStrata Moss MossyRock PackedSnow RedStrata
+Rock Sand Sandstone SeaIce Slate Snow Soil
+)";
+
+constexpr char kTrees[] = R"(
+BroadleafTree/acacia BroadleafTree/birch BroadleafTree/maple BroadleafTree/oak BroadleafTree/willow
+Conifer/larch Conifer/pine Conifer/spruce
+)";
+
 constexpr char kBenchmarks[] = R"(
 booster-Q drivingstereo eth3d kitti2012 kitti2015 middlebury2014-F middlebury2014-H middlebury2014-Q
 middlebury2014-heldout middlebury2014-sets middlebury2021 shipped
@@ -67,6 +77,16 @@ const std::vector<std::string>& AssetGroupNames() {
 
 const std::vector<std::string>& ObjectMaterialNames() {
   static const auto& names = *new std::vector<std::string>(ListOf(kObjectMaterials));
+  return names;
+}
+
+const std::vector<std::string>& GroundMaterialNames() {
+  static const auto& names = *new std::vector<std::string>(ListOf(kGroundMaterials));
+  return names;
+}
+
+const std::vector<std::string>& TreeNames() {
+  static const auto& names = *new std::vector<std::string>(ListOf(kTrees));
   return names;
 }
 

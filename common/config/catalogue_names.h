@@ -16,6 +16,10 @@ const std::vector<std::string>& AssetGroupNames();
 // Families and classes of worker/materials that any object can have; `materials.diffuse_material`
 // may name them in upper or lower case.
 const std::vector<std::string>& ObjectMaterialNames();
+// Materials that the ground of a land can have.
+const std::vector<std::string>& GroundMaterialNames();
+// Trees with their species, as lands name them: "BroadleafTree/oak".
+const std::vector<std::string>& TreeNames();
 // Benchmarks of worker/evaluate that need no path.
 const std::vector<std::string>& BenchmarkNames();
 // Predictors of worker/evaluate that need no training.

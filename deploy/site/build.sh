@@ -1,25 +1,21 @@
 #!/usr/bin/env bash
 # Builds the documentation, with every warning an error. Needs the built programs (for --help), and what
-# deploy/setup.sh installs. The generated JSON Schemas also stand in configs/schema (--schemas writes them there).
-#   deploy/site/build.sh [--bin DIR] [--out DIR] [--schemas] [--serve]
+# deploy/setup.sh installs.
+#   deploy/site/build.sh [--bin DIR] [--out DIR] [--serve]
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-bin=build/release/bin out=build/site serve='' schemas=''
+bin=build/release/bin out=build/site serve=''
 while [ $# -gt 0 ]; do
   case $1 in
     --bin) bin=$2; shift 2 ;;
     --out) out=$2; shift 2 ;;
-    --schemas) schemas=yes; shift ;;
     --serve) serve=yes; shift ;;
-    *) echo "site: unknown option $1; there are --bin, --out, --schemas and --serve" >&2; exit 2 ;;
+    *) echo "site: unknown option $1; there are --bin, --out and --serve" >&2; exit 2 ;;
   esac
 done
 readonly VENV=${PARALLAX_SITE_ROOT:-/opt/parallax/site}/venv
 [ -x "$VENV/bin/mkdocs" ] || { echo "site: no mkdocs in $VENV; run deploy/setup.sh" >&2; exit 1; }
 
-if [ -n "$schemas" ]; then
-  /usr/bin/python3 -B deploy/site/make_reference.py config --out "$(mktemp -d)" --schemas configs/schema
-fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cp -r deploy/site/docs deploy/site/mkdocs.yml "$work/"

@@ -2,7 +2,7 @@
 """Writes the generated pages of the documentation and the JSON Schemas of config files.
 
 Sources: the comments and FieldRules of proto/parallax/v1/*.proto, and the programs' own --help.
-  make_reference.py config --proto proto --out DIR     config.md, study.schema.json, scene.schema.json
+  make_reference.py config --proto proto --out DIR     config.md, and a schema each of studies, scenes, lands
   make_reference.py commands --bin build/release/bin --out DIR     commands.md
 """
 import argparse
@@ -13,9 +13,9 @@ import subprocess
 import sys
 import tempfile
 
-PROTOS = ("config", "jobs", "scene", "train", "study")
+PROTOS = ("rule", "biome", "config", "jobs", "scene", "train", "study")
 # Headings of the page: title, message, path of its fields in a file.
-SECTIONS = (("Scenes", "SceneConfig", ""), ("Training", "TrainSpec", "train"), ("Evaluating", "EvaluateSpec", "evaluate"))
+SECTIONS = (("Scenes", "SceneConfig", ""), ("Lands", "Biome", ""), ("Training", "TrainSpec", "train"), ("Evaluating", "EvaluateSpec", "evaluate"))
 # The words of a study file that no message has as they are; the others have the comments of StudySpec and VariantSpec.
 OF_A_STUDY = {"study": "name", "pairs": "", "rigs_per_scene": "", "seed": "", "priority": "", "tags": "", "memory_mb": ""}
 WORDS = {
@@ -35,6 +35,17 @@ DISTRIBUTION = "A number, or `{uniform: [low, high]}`, `{uniform_int: [low, high
                "`{clip_gaussian: [mean, std, low, high]}`, `{bernoulli: p}`: drawn anew for each use."
 
 
+# Messages of lands that a file writes on one line.
+SHORT = {"Quantity": "distribution or formula", "SoftSpan": "[low, high, soft]",
+         "GroundPatches": "[wavelength_m, cover, soft]", "GroundRows": "[spacing_m, width_m, direction_deg]",
+         "SizeSpan": "[low, high]"}
+ABOUT = {"Lands": "A file of a land has these fields: the built-in ones in `configs/biomes`, and yours, which "
+                  "[`nature.biome_files`](../recipes/nature.md) names. `parallax config biome FILE` checks it. A number is a "
+                  "distribution, or a formula with +, - and * of numbers and names: those that `let` gives, and `low_m`, "
+                  "`middle_m`, `high_m`, `relief_m` (heights of the site), `beach_m` (how high a beach reaches above the "
+                  "water), `gorge_m` (width of a gorge)."}
+
+
 def load_files(proto_dir):
     """FileDescriptorProtos by message name, and the FieldRule extension."""
     with tempfile.TemporaryDirectory() as work:
@@ -42,7 +53,7 @@ def load_files(proto_dir):
         subprocess.run(["protoc", "-I", proto_dir, f"--python_out={work}", "--include_source_info",
                         "--include_imports", f"--descriptor_set_out={work}/set.pb", *files], check=True)
         sys.path.insert(0, work)
-        rules = importlib.import_module("parallax.v1.config_pb2")
+        rules = importlib.import_module("parallax.v1.rule_pb2")
         from google.protobuf import descriptor_pb2
         found = descriptor_pb2.FileDescriptorSet.FromString(pathlib.Path(work, "set.pb").read_bytes())
     return [f for f in found.file if f.name.startswith("parallax/")], rules
@@ -97,13 +108,18 @@ def is_distribution(field):
 
 
 def is_group(schema, field):
-    return field.type == field.TYPE_MESSAGE and not is_distribution(field) and field.type_name in schema.messages
+    return field.type == field.TYPE_MESSAGE and not is_distribution(field) and not short_form(field) \
+        and field.type_name in schema.messages
+
+
+def short_form(field):
+    return SHORT.get(field.type_name.rsplit(".", 1)[-1], "")
 
 
 def texts_of(schema, name, field):
     """The list of texts whose items that are maps `field` takes ("benchmarks" of "own_benchmarks"); "" for others."""
     listed = field.name.removeprefix("own_")
-    return listed if listed != field.name and any(f.name == listed for f in schema.messages[name].field) else ""
+    return listed if any(f.name == listed != field.name and f.type == f.TYPE_STRING for f in schema.messages[name].field) else ""
 
 
 def bounds(rule):
@@ -136,6 +152,8 @@ def row(schema, name, field):
         return rule.default_yaml, allowed, comment or meaning(schema, name, field.name)
     if is_distribution(field):
         allowed = "distribution" + (f", {allowed}" if allowed else "")
+    if short := short_form(field):
+        allowed = short + (f", {allowed}" if allowed else "")
     return rule.default_yaml, allowed, meaning(schema, name, field.name)
 
 
@@ -151,8 +169,11 @@ def groups(schema, name, path, comment, found):
         if is_group(schema, field):
             repeated = field.label == field.LABEL_REPEATED
             about = one_line(schema.comments[f"{name}.{field.name}"])
-            if repeated and not listed and new:
-                own.append((field.name, "", "list", meaning(schema, name, field.name)))
+            land = field.type_name.endswith(".Biome")
+            if (repeated and not listed or land) and new:
+                own.append((field.name, "", "a land" if land else "list", meaning(schema, name, field.name)))
+            if land:
+                continue  # Has a part of its own.
             groups(schema, field.type_name, (f"{path}.{listed}" if listed else below) + ("[]" if repeated else ""),
                    "" if repeated else about, found)
         elif new:
@@ -182,7 +203,7 @@ def write_config_page(schema, out):
              "A study file has these words. `parallax config check FILE` checks it.", ""]
     lines += table("| field | meaning |", [(f"`{word}`", text) for word, text in study_meanings(schema).items()])
     for title, message, path in SECTIONS:
-        lines += [f"## {title}", ""]
+        lines += [f"## {title}", ""] + ([ABOUT[title], ""] if title in ABOUT else [])
         found = {}
         groups(schema, f".parallax.v1.{message}", path, "", found)
         for paths, about, rows in found.values():
@@ -207,6 +228,12 @@ def field_schema(schema, name, field):
     rule = schema.rule(field)
     if is_distribution(field):
         item = {"$ref": "#/$defs/Distribution"}
+    elif field.type_name.endswith(".Quantity"):
+        item = {"anyOf": [{"$ref": "#/$defs/Distribution"}, {"type": "string"}]}
+    elif short_form(field):
+        item = {"$ref": "#/$defs/Numbers"}
+    elif field.type_name.endswith(".Biome"):
+        item = {"$ref": "#/$defs/Biome"}
     elif field.type == field.TYPE_ENUM:
         words = list(rule.allowed) or [word for word, _ in schema.enum_values(field.type_name)]
         # YAML 1.1 reads on and off as true and false.
@@ -238,11 +265,16 @@ def message_schema(schema, name):
         if listed := texts_of(schema, name, field):
             maps = properties.pop(field.name)["items"]
             properties[listed]["items"] = {"anyOf": [properties[listed]["items"], maps]}
-    return {"type": "object", "additionalProperties": False, "properties": properties}
+    # Lands of the user's own have weights by their names.
+    others = {"type": "number"} if name.endswith(".BiomeWeights") else False
+    return {"type": "object", "additionalProperties": others, "properties": properties}
 
 
 def write_json_schemas(schema, out):
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$defs": {"Distribution": distribution_schema()}}
+    quantity = {"anyOf": [{"$ref": "#/$defs/Distribution"}, {"type": "string"}]}
+    head["$defs"] |= {"Numbers": {"type": "array", "items": quantity, "minItems": 2, "maxItems": 3},
+                      "Biome": message_schema(schema, ".parallax.v1.Biome")}
     scene = message_schema(schema, ".parallax.v1.SceneConfig")
     # A study's own words (common/config/study_loader.cc); `base` names a scene config that `set` is merged onto.
     said = study_meanings(schema)
@@ -265,7 +297,8 @@ def write_json_schemas(schema, out):
         "variants": {"type": "array", "items": variant, "minItems": 1},
         "train": message_schema(schema, ".parallax.v1.TrainSpec"),
         "evaluate": message_schema(schema, ".parallax.v1.EvaluateSpec")})}
-    for name, body, more in (("scene", scene, {}), ("study", study, {"Scene": scene})):
+    biome = {"$ref": "#/$defs/Biome"}
+    for name, body, more in (("biome", biome, {}), ("scene", scene, {}), ("study", study, {"Scene": scene})):
         head["$defs"] |= more
         text = json.dumps({**head, "title": f"Parallax {name}", **body}, indent=1)
         (out / f"{name}.schema.json").write_text(text + "\n")
@@ -312,7 +345,6 @@ def main():
     args.add_argument("--proto", default="proto")
     args.add_argument("--bin", type=pathlib.Path, default=pathlib.Path("build/release/bin"))
     args.add_argument("--out", type=pathlib.Path, required=True)
-    args.add_argument("--schemas", type=pathlib.Path, help="folder for the JSON Schemas (default: --out)")
     args = args.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
     if args.what == "commands":
@@ -320,7 +352,7 @@ def main():
         return
     schema = Schema(*load_files(args.proto))
     write_config_page(schema, args.out)
-    write_json_schemas(schema, args.schemas or args.out)
+    write_json_schemas(schema, args.out)
     if schema.without_meaning:
         sys.exit("reference: no comment in proto/parallax/v1 says what these fields mean: " +
                  ", ".join(dict.fromkeys(schema.without_meaning)))

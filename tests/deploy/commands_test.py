@@ -6,7 +6,7 @@ fences in order; the pairs of one page serve the next. The first line of a fence
 
   ```            or ```sh: commands, run by bash; lines that start a coordinator or a worker go to the background
   ```python      run by this Python
-  ```yaml        a study, which `parallax config check` must accept; file=NAME writes it as NAME before all commands;
+  ```yaml        a study or a land, which `parallax config check` or `biome` must accept; file=NAME writes it as NAME before all commands;
                  fragments that are no study are not tried
   ```text        no command; other languages too are only allowed if NO_COMMANDS has them
   needs=WORD     the fence needs more than Parallax: NEEDS says what. It is skipped, visibly, unless --has names it
@@ -163,7 +163,8 @@ class Page:
 
     def run(self, fence):
         if fence.language == "yaml":
-            script = f"parallax config check {self.write(fence)}"
+            land = fence.text.startswith("landform:")
+            script = f"parallax config {'biome' if land else 'check'} {self.write(fence)}"
         elif fence.language == "python":
             (self.folder / "fence.py").write_text(fence.text)
             script = f"'{sys.executable}' fence.py"

@@ -30,6 +30,11 @@ for program in parallax worker coordinator; do
   cmp <("$tree/bin/$program" completion man) <(zcat "$tree/share/man/man1/$program.1.gz")
 done
 
+# Editors find the schemas of studies, scenes and lands.
+for name in study scene biome; do
+  grep -q "\"Parallax $name\"" "$tree/share/parallax/configs/schema/$name.schema.json" || fail "no schema of a $name"
+done
+
 # The libraries that the programs really open are those that were packed, the C library among them. The loader, which is
 # the packed one, knows itself by the name under which the kernel opened it.
 env -i LD_DEBUG=libs LD_DEBUG_OUTPUT="$work/opened" "$tree/bin/worker" --version >/dev/null

@@ -24,6 +24,9 @@ using Findings = std::vector<Finding>;
 // The forms in which a distribution may be written, for messages.
 extern const char kDistributionForms[];
 
+// Returns an empty text if `text` is among `known`, else why not: "is not known, did you mean ...".
+std::string WhyNotKnown(const std::string& text, const std::vector<std::string>& known,
+                        const std::string& allowed);
 // Checks a distribution's parameters, and all values that it can give, against the field's rule.
 void CheckDistribution(const v1::Distribution& distribution, const std::string& path,
                        const v1::FieldRule& rule, Findings* findings);

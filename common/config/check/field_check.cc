@@ -10,10 +10,12 @@
 #include "common/base/names.h"
 #include "common/config/camera_settings.h"
 #include "common/config/catalogue_names.h"
+#include "common/config/check/biome_check.h"
 #include "common/config/check/checks.h"
 #include "common/config/check/field_rules.h"
 #include "common/config/check/limits.h"
 #include "common/config/config.h"
+#include "common/config/config_text.h"
 #include "common/config/frame_maps.h"
 
 namespace parallax::config_internal {
@@ -36,13 +38,6 @@ std::vector<std::string> Joined(std::vector<std::string> names,
                                 const std::vector<std::string>& more) {
   names.insert(names.end(), more.begin(), more.end());
   return names;
-}
-
-// Returns an empty text if `text` is among `known`, else why not.
-std::string WhyNotKnown(const std::string& text, const std::vector<std::string>& known,
-                        const std::string& allowed) {
-  if (Contains(known, text)) return "";
-  return Quoted(text) + " is not known" + NearestHint(text, known) + " (allowed: " + allowed + ")";
 }
 
 std::string WhyNotMaterial(const std::string& text) {
@@ -115,6 +110,8 @@ std::string WhyNotText(const std::string& text, const v1::FieldRule& rule) {
       return WhyNotKnown(text, BenchmarkNames(), JoinNames(BenchmarkNames()));
     case v1::FieldRule::NAMES_BASELINE:
       return WhyNotKnown(text, BaselineNames(), JoinNames(BaselineNames()));
+    case v1::FieldRule::NAMES_GROUND_MATERIAL:
+      return WhyNotKnown(text, GroundMaterialNames(), JoinNames(GroundMaterialNames()));
     case v1::FieldRule::NAMES_TRAINER:
       return IsName(text) ? "" : WhyNotName(text);
     default:
@@ -239,7 +236,11 @@ void CheckMapsBeside(const v1::RenderConfig& render, const std::string& path, Fi
 }
 
 // Checks that some landscape can be drawn. Weights that are absent have their defaults.
-void CheckBiomes(const v1::BiomeWeights& weights, const std::string& path, Findings* findings) {
+void CheckBiomes(const v1::NatureConfig& nature, const std::string& path, Findings* findings) {
+  for (const v1::OwnBiome& own : nature.own_biomes()) {
+    if (own.weight() > 0) return;
+  }
+  const v1::BiomeWeights& weights = nature.biomes();
   const google::protobuf::Descriptor& type = *weights.GetDescriptor();
   for (int i = 0; i < type.field_count(); ++i) {
     const Reflection& reflection = *weights.GetReflection();
@@ -249,7 +250,34 @@ void CheckBiomes(const v1::BiomeWeights& weights, const std::string& path, Findi
   findings->push_back({path, "all weights are 0, allowed is one above 0 at least"});
 }
 
+// Checks the lands of the user's own, and that they have names of their own.
+void CheckOwnBiomes(const v1::NatureConfig& nature, const std::string& path, Findings* findings) {
+  for (int i = 0; i < nature.biome_files_size(); ++i) {
+    findings->push_back({fmt::format("{}.biome_files[{}]", path, i),
+                         Quoted(nature.biome_files(i)) +
+                             " is a file, allowed here is what it says, as own_biomes"});
+  }
+  std::vector<std::string> taken = BuiltinNames("biomes/");
+  for (int i = 0; i < nature.own_biomes_size(); ++i) {
+    const v1::Biome& biome = nature.own_biomes(i).biome();
+    const std::string place = fmt::format("{}.own_biomes[{}].biome", path, i);
+    if (Contains(taken, biome.name())) {
+      findings->push_back({place + ".name", Quoted(biome.name()) +
+                                                " is the name of another land, allowed is one of "
+                                                "its own, that of the file or `name`"});
+    }
+    taken.push_back(biome.name());
+    CheckBiome(biome, place, findings);
+  }
+}
+
 }  // namespace
+
+std::string WhyNotKnown(const std::string& text, const std::vector<std::string>& known,
+                        const std::string& allowed) {
+  if (Contains(known, text)) return "";
+  return Quoted(text) + " is not known" + NearestHint(text, known) + " (allowed: " + allowed + ")";
+}
 
 void CheckFields(const Message& message, const std::string& path, Findings* findings) {
   const Reflection& reflection = *message.GetReflection();
@@ -264,6 +292,12 @@ void CheckFields(const Message& message, const std::string& path, Findings* find
       CheckDistribution(
           static_cast<const v1::Distribution&>(reflection.GetMessage(message, &field)), field_path,
           RuleOf(field), findings);
+    } else if (IsQuantity(field)) {
+      const auto& quantity =
+          static_cast<const v1::Quantity&>(reflection.GetMessage(message, &field));
+      // Formulas are checked with the names that they know (CheckBiome).
+      if (quantity.has_formula()) continue;
+      CheckDistribution(quantity.drawn(), field_path, RuleOf(field), findings);
     } else if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
       CheckFields(reflection.GetMessage(message, &field), field_path, findings);
     } else {
@@ -279,7 +313,8 @@ void CheckConfig(const v1::SceneConfig& config, const std::string& path, Finding
   if (findings->size() > before) return;  // Each number by itself first.
   CheckSensor(config, path, findings);
   CheckMapsBeside(config.render(), Dotted(path, "render.maps"), findings);
-  CheckBiomes(config.nature().biomes(), Dotted(path, "nature.biomes"), findings);
+  CheckOwnBiomes(config.nature(), Dotted(path, "nature"), findings);
+  CheckBiomes(config.nature(), Dotted(path, "nature.biomes"), findings);
   CheckSequences(config, path, findings);
   if (config.floating().placement() == v1::FloatingConfig::PLACEMENT_STREET &&
       config.type() != v1::SCENE_TYPE_DENSE) {

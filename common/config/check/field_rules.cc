@@ -56,6 +56,16 @@ bool IsDistribution(const FieldDescriptor& field) {
          field.message_type() == v1::Distribution::descriptor();
 }
 
+bool IsQuantity(const FieldDescriptor& field) {
+  return field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE &&
+         field.message_type() == v1::Quantity::descriptor();
+}
+
+bool HasListForm(const google::protobuf::Descriptor& type) {
+  return &type == v1::SoftSpan::descriptor() || &type == v1::GroundPatches::descriptor() ||
+         &type == v1::GroundRows::descriptor() || &type == v1::SizeSpan::descriptor();
+}
+
 std::vector<std::string> EnumTexts(const FieldDescriptor& field) {
   const v1::FieldRule& rule = RuleOf(field);
   if (rule.allowed_size() > 0) return {rule.allowed().begin(), rule.allowed().end()};

@@ -14,6 +14,10 @@ namespace parallax::config_internal {
 const v1::FieldRule& RuleOf(const google::protobuf::FieldDescriptor& field);
 // Returns whether the field is a v1::Distribution.
 bool IsDistribution(const google::protobuf::FieldDescriptor& field);
+// Returns whether the field is a v1::Quantity.
+bool IsQuantity(const google::protobuf::FieldDescriptor& field);
+// Returns whether a file may write the message as a list of its fields: [low, high, soft].
+bool HasListForm(const google::protobuf::Descriptor& type);
 // Returns whether the value is within the rule's bounds, both included.
 bool InRange(double value, const v1::FieldRule& rule);
 // Describes the allowed values: "0 to 12 m", "at least 0 m", "a number".

@@ -24,13 +24,6 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::Reflection;
 
-// Whether a map of weights gives any a number above 0. Then it names all that are wanted.
-bool NamesAny(const YAML::Node& weights) {
-  if (!weights.IsMap()) return false;
-  return std::any_of(weights.begin(), weights.end(),
-                     [](const auto& entry) { return PlainNumber(entry.second).value_or(0) > 0; });
-}
-
 void ForbidAll(v1::BiomeWeights* weights) {
   const google::protobuf::Descriptor& type = *weights->GetDescriptor();
   for (int i = 0; i < type.field_count(); ++i) {
@@ -39,6 +32,12 @@ void ForbidAll(v1::BiomeWeights* weights) {
 }
 
 }  // namespace
+
+bool NamesAny(const YAML::Node& weights) {
+  if (!weights.IsMap()) return false;
+  return std::any_of(weights.begin(), weights.end(),
+                     [](const auto& entry) { return PlainNumber(entry.second).value_or(0) > 0; });
+}
 
 void YamlReader::Note(const YAML::Node& node, const std::string& path) {
   if (origins_ != nullptr) origins_->Set(path.substr(prefix_), OriginOf(node, path));
@@ -60,18 +59,28 @@ void YamlReader::MergeFields(const YAML::Node& node, Message* message, const std
       TakeSensorPreset(preset.Scalar(), sensor);
     }
   }
+  auto* const nature = dynamic_cast<v1::NatureConfig*>(message);
+  const bool own = nature != nullptr && node.IsMap() && ReadOwnBiomes(node, path, *nature);
+  const bool weights = &type == v1::BiomeWeights::descriptor();
   for (const auto& [name, value] : Entries(node, path)) {
     if (errors().enough()) return;
+    if (own && name == "own_biomes") continue;
     if (const FieldDescriptor* field = FindKey(type, name)) {
       Set(value, Dotted(path, name), *field, message);
       continue;
     }
-    const std::vector<std::string> known = FieldNames(type);
+    std::vector<std::string> known = FieldNames(type);
+    if (weights) {
+      if (std::count(own_biomes_.begin(), own_biomes_.end(), name) > 0) continue;
+      known.insert(known.end(), own_biomes_.begin(), own_biomes_.end());
+    }
     UnknownField(value, path, name, known);
-    if (const std::string meant = NearestName(name, known); !meant.empty()) {
+    const std::string meant = NearestName(name, known);
+    if (type.FindFieldByName(meant) != nullptr) {
       CheckMeant(value, path, meant, *message);
     }
   }
+  if (nature != nullptr) nature->clear_biome_files();  // They are own_biomes now.
   // Entries reports a list of maps; the fields in it are checked nevertheless.
   for (size_t i = 0; node.IsSequence() && i < node.size() && !errors().enough(); ++i) {
     if (node[i].IsMap()) MergeFields(node[i], message, path);
@@ -122,6 +131,14 @@ void YamlReader::SetField(const YAML::Node& node, const std::string& path,
   switch (field.cpp_type()) {
     case FieldDescriptor::CPPTYPE_MESSAGE: {
       Message* const group = reflection.MutableMessage(message, &field);
+      if (auto* quantity = dynamic_cast<v1::Quantity*>(group)) {
+        SetQuantity(node, path, rule, *quantity);
+        break;
+      }
+      if (HasListForm(*group->GetDescriptor()) && !node.IsMap()) {
+        SetInOrder(node, path, group);
+        break;
+      }
       auto* biomes = dynamic_cast<v1::BiomeWeights*>(group);
       if (biomes != nullptr && NamesAny(node)) ForbidAll(biomes);
       MergeFields(node, group, path);
@@ -178,6 +195,28 @@ const EnumValueDescriptor* YamlReader::ReadEnum(const YAML::Node& node, const st
         Seen(node) + " is not known" + (node.IsScalar() ? NearestHint(node.Scalar(), names) : "") +
             " (allowed: " + JoinNames(names) + ")");
   return nullptr;
+}
+
+void YamlReader::SetQuantity(const YAML::Node& node, const std::string& path,
+                             const v1::FieldRule& rule, v1::Quantity& quantity) {
+  if (node.IsScalar() && !PlainNumber(node)) {
+    if (const auto text = ReadText(node, path)) quantity.set_formula(*text);
+  } else if (const auto distribution = ReadDistribution(node, path, rule, *this)) {
+    *quantity.mutable_drawn() = *distribution;
+  }
+}
+
+void YamlReader::SetInOrder(const YAML::Node& node, const std::string& path, Message* message) {
+  const auto& type = *message->GetDescriptor();
+  if (!node.IsSequence() || static_cast<int>(node.size()) != type.field_count()) {
+    Error(node, path,
+          (node.IsSequence() ? fmt::format("a list of {}", node.size()) : Seen(node)) +
+              ", allowed is [" + JoinNames(FieldNames(type)) + "]");
+    return;
+  }
+  for (int i = 0; i < type.field_count(); ++i) {
+    Set(node[i], Dotted(path, type.field(i)->name()), *type.field(i), message);
+  }
 }
 
 void YamlReader::SetMessages(const YAML::Node& node, const std::string& path,

@@ -8,11 +8,15 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/config/yaml/yaml_values.h"
 #include "parallax/v1/config.pb.h"
 
 namespace parallax::config_internal {
+
+// Returns whether a map of weights gives any a number above 0. Then it names all that are wanted.
+bool NamesAny(const YAML::Node& weights);
 
 // Fills messages from the tree of one file, and notes where their values stand. Not thread-safe.
 class YamlReader : public YamlValues {
@@ -55,11 +59,22 @@ class YamlReader : public YamlValues {
   void SetTextsAndMaps(const YAML::Node& node, const std::string& path,
                        const google::protobuf::FieldDescriptor& texts,
                        google::protobuf::Message* message);
+  // Reads the files that `node`, the `nature` of a config, names in biome_files, and the weights
+  // that its `biomes` gives to the user's lands. Returns whether there were such files, whose
+  // content is not overwritten by an empty list of own_biomes.
+  bool ReadOwnBiomes(const YAML::Node& node, const std::string& path, v1::NatureConfig& nature);
+  void ReadBiomeFiles(const YAML::Node& files, const std::string& path, v1::NatureConfig& nature);
+  void SetQuantity(const YAML::Node& node, const std::string& path, const v1::FieldRule& rule,
+                   v1::Quantity& quantity);
+  // Sets the fields of a message that has a list form, in their order.
+  void SetInOrder(const YAML::Node& node, const std::string& path,
+                  google::protobuf::Message* message);
   // Returns the value of a text with this rule: a path of own content as OwnPathOf gives it.
   std::string TextOf(std::string text, const v1::FieldRule& rule) const;
 
-  Origins* origins_ = nullptr;  // During Merge.
-  size_t prefix_ = 0;           // Length of the path of the message that Merge fills.
+  Origins* origins_ = nullptr;           // During Merge.
+  size_t prefix_ = 0;                    // Length of the path of the message that Merge fills.
+  std::vector<std::string> own_biomes_;  // Names of the user's lands in the config at hand.
 };
 
 }  // namespace parallax::config_internal

@@ -159,10 +159,27 @@ std::string TupleText(const Message& message) {
 
 void WriteMessage(const Message& message, const std::string& indent, std::string& out);
 
+// Text of a number of a land, or of a message that has a list form; "" for others.
+std::string ShortText(const Message& message) {
+  if (const auto* quantity = dynamic_cast<const v1::Quantity*>(&message)) {
+    return quantity->has_formula() ? QuotedIfNeeded(quantity->formula())
+                                   : DistributionText(quantity->drawn());
+  }
+  if (!config_internal::HasListForm(*message.GetDescriptor())) return "";
+  std::string text;
+  for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
+    const FieldDescriptor& field = *message.GetDescriptor()->field(i);
+    text += (i > 0 ? ", " : "[") + ShortText(message.GetReflection()->GetMessage(message, &field));
+  }
+  return text + "]";
+}
+
 // Writes a message after "key:", on the same line if it is short, else as an indented block.
 void WriteNested(const Message& message, const std::string& indent, std::string& out) {
   if (message.GetDescriptor() == v1::Distribution::descriptor()) {
     out += " " + DistributionText(dynamic_cast<const v1::Distribution&>(message)) + "\n";
+  } else if (const std::string text = ShortText(message); !text.empty()) {
+    out += " " + text + "\n";
   } else if (IsTuple(*message.GetDescriptor())) {
     out += " " + TupleText(message) + "\n";
   } else {

@@ -1,4 +1,4 @@
-// nature_check [--biome NAME] [--season NAME] [--seed N] [--scenes N] [--frames N]
+// nature_check [--biome NAME|FILE.yaml] [--season NAME] [--seed N] [--scenes N] [--frames N]
 // [--render K] [--size WxH] [--profile NAME] [--out DIR]:
 // solves scenes of the type nature, makes them solid, checks how things stand, renders K frames of
 // each (evenly along the walk) and prints one JSON line a scene: sizes, core-seconds of all
@@ -14,6 +14,7 @@
 
 #include "common/base/status.h"
 #include "common/config/config.h"
+#include "common/config/land_files.h"
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
 #include "common/math/stereo.h"
@@ -218,10 +219,15 @@ absl::StatusOr<Json> Check(const Options& options, uint64_t seed) {
   return json;
 }
 
-// Only the biome of this name is drawn.
-absl::Status ChooseBiome(const std::string& name, v1::BiomeWeights& weights) {
+// Only the biome of this name, or of this file, is drawn.
+absl::Status ChooseBiome(const std::string& name, v1::NatureConfig& nature) {
+  v1::BiomeWeights& weights = *nature.mutable_biomes();
   const auto* fields = weights.GetDescriptor();
-  if (fields->FindFieldByName(name) == nullptr) {
+  if (name.ends_with(".yaml")) {
+    v1::OwnBiome& own = *nature.add_own_biomes();
+    ASSIGN_OR_RETURN(*own.mutable_biome(), LoadBiome(name));
+    own.set_weight(1);
+  } else if (fields->FindFieldByName(name) == nullptr) {
     return InvalidArgument("there is no biome {}", name);
   }
   for (int i = 0; i < fields->field_count(); ++i) {
@@ -237,14 +243,15 @@ absl::StatusOr<Options> ParseOptions(int argc, char** argv) {
   v1::SceneConfig& config = options.config;
   if (argc % 2 == 0) {
     return InvalidArgument(
-        "{}: no value; use: nature_check [--biome NAME] [--season NAME] [--seed N] [--scenes N] "
+        "{}: no value; use: nature_check [--biome NAME|FILE.yaml] [--season NAME] [--seed N] "
+        "[--scenes N] "
         "[--frames N] [--render K] [--size WxH] [--profile NAME] [--out DIR]",
         argv[argc - 1]);
   }
   for (int i = 1; i < argc; i += 2) {
     const std::string name = argv[i], value = argv[i + 1];
     if (name == "--biome") {
-      RETURN_IF_ERROR(ChooseBiome(value, *config.mutable_nature()->mutable_biomes()));
+      RETURN_IF_ERROR(ChooseBiome(value, *config.mutable_nature()));
     } else if (name == "--season") {
       config.mutable_nature()->clear_seasons();
       config.mutable_nature()->add_seasons(value);

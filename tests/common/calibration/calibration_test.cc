@@ -1,5 +1,6 @@
 #include "common/calibration/calibration.h"
 
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -332,8 +333,8 @@ TEST(Calibration, AFileThatIsNoCalibrationIsToldWhatIsAllowed) {
     lists += "a" + number + ": &a" + number + " [";
     maps += "b" + number + ": &b" + number + " {";
     for (int k = 0; k < 9; ++k) {
-      lists += "*a" + before + ", ";
-      maps += "k" + std::to_string(k) + ": *b" + before + ", ";
+      lists += fmt::format("*a{}, ", before);
+      maps += fmt::format("k{}: *b{}, ", k, before);
     }
     lists += "1]\n";
     maps += "x: 1}\n";

@@ -1,4 +1,5 @@
 // Errors of wrong files: each names file, line, field, what was seen and what is allowed.
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -278,9 +279,7 @@ TEST(SceneConfigYaml, HostileTextIsAnErrorAndNotACrash) {
   EXPECT_FALSE(ParseSceneConfig(std::string(5 << 20, ' '), "f.yaml").ok());
   std::string laughs = "a0: &a0 [x, x]\n";
   for (int i = 1; i < 40; ++i) {
-    const std::string last = "*a" + std::to_string(i - 1);
-    laughs +=
-        "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + last + ", " + last + "]\n";
+    laughs += fmt::format("a{0}: &a{0} [*a{1}, *a{1}]\n", i, i - 1);
   }
   EXPECT_FALSE(ParseSceneConfig(laughs + "room: {kinds: *a39}", "f.yaml").ok());
 }

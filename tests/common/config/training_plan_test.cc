@@ -1,6 +1,7 @@
 // `train` and `evaluate` of studies: as files, as messages, resolved, and what wrong ones are told.
 #include "common/config/training_plan.h"
 
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -389,7 +390,7 @@ TEST(Training, AThousandVariantsAndTheOneThatIsHeldOutAreOneTooMany) {
   v1::StudySpec study = Parsed("");
   while (study.variants_size() < kMaxVariants) {
     v1::VariantSpec* variant = study.add_variants();
-    variant->set_name("v" + std::to_string(study.variants_size()));
+    variant->set_name(fmt::format("v{}", study.variants_size()));
   }
   EXPECT_TRUE(ValidateStudy(study).ok()) << ValidateStudy(study);
   study.mutable_evaluate()->set_heldout_pairs(5);

@@ -1,6 +1,8 @@
 // Score files with wanted figures, for tests of files, tables and pictures.
 #pragma once
 
+#include <fmt/core.h>
+
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,7 +24,7 @@ inline Evaluation SyntheticEvaluation(const std::string& benchmark, const std::s
                         .run = {.variant = variant, .trainer = trainer, .seed = seed},
                         .predictor = "made up"};
   for (size_t i = 0; i < bad_percent.size(); ++i) {
-    Scores scores{.pair = "p" + std::to_string(i), .width_px = 50, .height_px = 20};
+    Scores scores{.pair = fmt::format("p{}", i), .width_px = 50, .height_px = 20};
     ErrorTally& tally = scores.regions["all"];
     tally.pixels = 1000;
     tally.bad.fill(static_cast<int64_t>(10 * bad_percent[i] + 0.5));

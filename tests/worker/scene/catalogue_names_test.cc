@@ -8,8 +8,10 @@
 
 #include "common/config/config.h"
 #include "worker/assets/asset.h"
+#include "worker/assets/nature/species.h"
 #include "worker/materials/kernel/material.h"
 #include "worker/scene/floating/place_floating.h"
+#include "worker/terrain/landforms.h"
 
 namespace parallax {
 namespace {
@@ -30,6 +32,23 @@ TEST(CatalogueNames, ListEveryMaterialAndFamilyThatAnyObjectCanHave) {
     names.insert(material.family);
   }
   EXPECT_THAT(ObjectMaterialNames(), UnorderedElementsAreArray(names));
+}
+
+TEST(CatalogueNames, ListLandformsTreesAndMaterialsOfTheGround) {
+  const auto& landforms = v1::Biome::descriptor()
+                              ->FindFieldByName("landform")
+                              ->options()
+                              .GetExtension(v1::rule)
+                              .allowed();
+  EXPECT_THAT(LandformNames(), UnorderedElementsAreArray(landforms.begin(), landforms.end()));
+  std::vector<std::string> trees;
+  for (const auto& row : BroadleafTable())
+    trees.push_back("BroadleafTree/" + std::string(row.name));
+  for (const auto& row : ConiferTable()) trees.push_back("Conifer/" + std::string(row.name));
+  EXPECT_THAT(TreeNames(), UnorderedElementsAreArray(trees));
+  for (const std::string& name : GroundMaterialNames()) {
+    EXPECT_NE(FindMaterialClass(name), nullptr) << name;
+  }
 }
 
 TEST(CatalogueNames, OfClassesAndGroupsCanFloat) {

@@ -10,6 +10,7 @@
 
 #include "common/base/rng.h"
 #include "common/config/config.h"
+#include "common/config/land_files.h"
 #include "common/math/stereo.h"
 #include "tests/worker/scene/small_land.h"
 #include "worker/scene/dress.h"
@@ -27,25 +28,27 @@ using testing::HasSubstr;
 using Rigs = google::protobuf::RepeatedPtrField<v1::Rig>;
 
 // A biome's rules on its own landform, whose ground is not made.
-v1::Terrain RulesOf(const Biome& biome, double density, const std::string& season, uint64_t seed) {
+v1::Terrain RulesOf(const v1::Biome& biome, double density, const std::string& season,
+                    uint64_t seed) {
   const Rng root(SceneSeed{seed}, "rules");
   v1::Terrain recipe;
-  SetTerrainSpec(DrawLandform(biome.landform, root.Child("land")).value(), recipe);
+  SetTerrainSpec(DrawLandform(biome.landform(), root.Child("land")).value(), recipe);
+  recipe.set_season(season);
   BiomeDraft draft{root, season, density, {.low_m = 0, .middle_m = 20, .high_m = 60}, recipe};
-  biome.write(draft);
+  EXPECT_TRUE(WriteRules(biome, draft).ok());
   return recipe;
 }
 
 TEST(Density, EveryBiomeHasValidRulesAtEveryDensity) {
   int saturated = 0;
-  for (const Biome* biome : Biomes()) {
+  for (const v1::Biome& biome : BuiltinBiomes()) {
     for (const char* season : {"summer", "winter"}) {
       for (const uint64_t seed : {1u, 2u, 3u}) {
-        const v1::Terrain one = RulesOf(*biome, 1, season, seed);
-        ASSERT_TRUE(CheckRules(one).ok()) << biome->name << ": " << CheckRules(one);
+        const v1::Terrain one = RulesOf(biome, 1, season, seed);
+        ASSERT_TRUE(CheckRules(one).ok()) << biome.name() << ": " << CheckRules(one);
         for (const double density : {0.0, 0.01, 5.0}) {
-          const v1::Terrain recipe = RulesOf(*biome, density, season, seed);
-          ASSERT_TRUE(CheckRules(recipe).ok()) << biome->name << ": " << CheckRules(recipe);
+          const v1::Terrain recipe = RulesOf(biome, density, season, seed);
+          ASSERT_TRUE(CheckRules(recipe).ok()) << biome.name() << ": " << CheckRules(recipe);
           ASSERT_EQ(recipe.layers_size(), one.layers_size());
           for (int i = 0; i < one.layers_size(); ++i) {
             const double before = one.layers(i).per_m2(), after = recipe.layers(i).per_m2();
@@ -82,7 +85,7 @@ Rigs ViewsAlongALine(const Terrain& terrain, int count, double step_m) {
 
 // Sixteen views of a plain at the greatest density want twice as much as there may be.
 TEST(Density, OfTheDensestPlainSmallThingsAreThinnedToTheCapAndAllTreesStay) {
-  v1::Terrain recipe = RulesOf(kPlain, 5, "summer", 1);
+  v1::Terrain recipe = RulesOf(LoadBiome("plain").value(), 5, "summer", 1);
   MakeGroundCheap(recipe);
   const auto terrain = TerrainOf(recipe).value();
   const Rigs rigs = ViewsAlongALine(*terrain, 16, 25);

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "common/config/config.h"
+#include "common/config/land_files.h"
 #include "common/math/stereo.h"
 #include "worker/geometry/ray_scene.h"
 #include "worker/scene/build_geometry.h"
@@ -193,13 +194,16 @@ TEST(NatureWaterRecipe, WaterThatNobodyCanMakeIsAnError) {
 
 TEST(NatureBiomes, EachReadsTheWeightOfItsName) {
   const auto* fields = v1::BiomeWeights::descriptor();
-  for (const Biome* biome : Biomes()) {
-    const auto* own = fields->FindFieldByName(std::string(biome->name));
-    ASSERT_NE(own, nullptr) << biome->name;
-    v1::BiomeWeights weights;
-    weights.GetReflection()->SetDouble(&weights, own, 3);
-    EXPECT_EQ(biome->weight(weights), 3) << biome->name;
-    EXPECT_EQ(FindBiome(biome->name), biome);
+  ASSERT_EQ(static_cast<int>(BuiltinBiomes().size()), fields->field_count());
+  for (const v1::Biome& biome : BuiltinBiomes()) {
+    const auto* own = fields->FindFieldByName(biome.name());
+    ASSERT_NE(own, nullptr) << biome.name();
+    v1::NatureConfig nature;
+    nature.mutable_biomes()->GetReflection()->SetDouble(nature.mutable_biomes(), own, 3);
+    for (const WeightedBiome& row : BiomesOf(nature)) {
+      EXPECT_EQ(row.weight, row.biome->name() == biome.name() ? 3 : 0) << biome.name();
+    }
+    EXPECT_EQ(FindBiome(nature, biome.name()), &biome);
   }
 }
 

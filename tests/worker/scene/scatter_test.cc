@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "tests/worker/scene/small_land.h"
 #include "worker/scene/types/nature/rules/recipe.h"
@@ -213,6 +214,24 @@ TEST(Rules, WhatBreaksTheirBoundsIsRefused) {
   EXPECT_EQ(TerrainSpecOf(bad).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
+TEST(Scatter, RowsAreStraightAndRunWhereTheyAreAskedTo) {
+  v1::Terrain recipe = SmallLand();
+  v1::GroundMask& mask = *AddLayer(recipe, "vines", 3, 0.5).mutable_mask();
+  mask.set_rows_m(2.5);
+  mask.set_row_width_m(0.3);
+  mask.set_row_direction_rad(0.6);
+  const auto standing = PlaceOn(recipe, Square(-1, 1)).at(0);
+  ASSERT_GT(standing.size(), 50u);
+  std::set<int> rows;
+  for (const Standing& vine : standing) {
+    const Vec2f& p = vine.position();
+    const float across = (-std::sin(0.6f) * p.x() + std::cos(0.6f) * p.y()) / 2.5f;
+    EXPECT_LE(std::abs(across - std::round(across)) * 2.5f, 0.15f + 1e-4f);
+    rows.insert(static_cast<int>(std::round(across)));
+  }
+  EXPECT_GT(rows.size(), 3u);
+}
+
 TEST(Rules, MasksAreCheckedWhereverTheyStand) {
   const v1::Terrain good = WoodedLand();
   const auto refused = [&](auto mask_of, auto change) {
@@ -230,6 +249,8 @@ TEST(Rules, MasksAreCheckedWhereverTheyStand) {
   EXPECT_TRUE(refused(of_ground, [](v1::GroundMask& mask) { mask.set_noise_soft(-1); }));
   EXPECT_TRUE(refused(of_walk, [](v1::GroundMask& mask) { mask.mutable_slope()->set_low(NAN); }));
   EXPECT_TRUE(refused(of_layer, [](v1::GroundMask& mask) { mask.mutable_snow_m()->set_soft(-1); }));
+  EXPECT_TRUE(refused(of_layer, [](v1::GroundMask& mask) { mask.set_rows_m(-1); }));
+  EXPECT_TRUE(refused(of_ground, [](v1::GroundMask& mask) { mask.set_rows_m(2); })) << "no width";
   EXPECT_FALSE(refused(of_layer, [](v1::GroundMask& mask) { mask.set_noise_m(2); }));
 }
 

@@ -1,5 +1,6 @@
 #include "coordinator/client/runs/study_results.h"
 
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -93,7 +94,7 @@ class StudyResultsTest : public FolderTest {
     Evaluation scores =
         SyntheticEvaluation("toy", variant, seed, {bad, bad + 1}, seed ? "builtin" : "opencv");
     scores.run.checkpoint = checkpoint;
-    Add("evaluate", label, "e" + std::to_string(coordinator_.results.size()),
+    Add("evaluate", label, fmt::format("e{}", coordinator_.results.size()),
         {{"scores.jsonl", EncodeEvaluation(scores)}, {"sheet.png", "pixels"}});
   }
 

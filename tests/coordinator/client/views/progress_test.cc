@@ -1,5 +1,6 @@
 #include "coordinator/client/views/progress.h"
 
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -100,7 +101,7 @@ TEST(ProgressView, MoreVariantsThanRowsAreCounted) {
   v1::StudyStatus study;
   study.set_name("many");
   study.set_state(v1::STUDY_STATE_RUNNING);
-  for (int i = 0; i < 9; ++i) study.add_variants()->set_name("v" + std::to_string(i));
+  for (int i = 0; i < 9; ++i) study.add_variants()->set_name(fmt::format("v{}", i));
   ProgressView view;
   view.Observe(0, study, {});
   const std::vector<std::string> lines = view.Lines(terminal);

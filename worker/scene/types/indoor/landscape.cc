@@ -95,7 +95,7 @@ absl::Status AddLandscape(uint32_t first_index, SceneInProgress& scene) {
   ground.set_role(v1::OBJECT_ROLE_TERRAIN);
   *ground.mutable_world_from_object() = ToProto(Pose{});
   ChooseWeather(root, recipe);
-  RETURN_IF_ERROR(ChooseLandMaterials(root, recipe, land));
+  RETURN_IF_ERROR(ChooseLandMaterials(v1::NatureConfig(), root, recipe, land));
   return CountLand(recipe, ViewsOut(recipe), land);
 }
 

@@ -13,6 +13,7 @@
 #include "common/math/sun.h"
 #include "worker/scene/types/nature/ground/land_materials.h"
 #include "worker/scene/types/nature/nature.h"
+#include "worker/scene/types/nature/rules/biomes.h"
 #include "worker/scene/types/nature/rules/recipe.h"
 #include "worker/scene/types/nature/walk/sight.h"
 
@@ -36,7 +37,7 @@ class LandDresser {
   absl::Status Run() {
     RETURN_IF_ERROR(ChooseLight());
     if (land_.has_roof()) RETURN_IF_ERROR(HangLamps());
-    RETURN_IF_ERROR(ChooseLandMaterials(root_, recipe_, land_));
+    RETURN_IF_ERROR(ChooseLandMaterials(config_.nature(), root_, recipe_, land_));
     return CountLand(recipe_, recipe_.rigs(), land_);
   }
 
@@ -89,7 +90,8 @@ class LandDresser {
                        std::exp(std::clamp(eye_m / air.scale_height_m(), -6.0, 6.0)));
     air.set_forward(0.5);
     // Air under crowns is in their shade.
-    const double lit = land_.biome() == "forest" ? 0.4 : 1;
+    const v1::Biome* biome = FindBiome(config_.nature(), land_.biome());
+    const double lit = biome != nullptr && biome->woods() ? 0.4 : 1;
     *air.mutable_tint() = ToProto(Vec3d(lit * Vec3d(0.97, 0.99, 1.04)));
     return absl::OkStatus();
   }

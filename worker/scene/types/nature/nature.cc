@@ -66,10 +66,9 @@ std::optional<v1::SceneObject> GrownObject(const v1::Scene& scene, uint32_t inde
 SceneCosts LandCosts(const v1::SceneConfig& config) {
   SceneCosts costs{.layout_s = 2, .dress_s = 2, .rigs_share_light = true, .build_s = 4};
   double sum = 0, times = 0;
-  for (const Biome* biome : Biomes()) {
-    const double weight = std::max(0.0, biome->weight(config.nature().biomes()));
-    sum += weight;
-    times += weight * biome->trace_times;
+  for (const WeightedBiome& row : BiomesOf(config.nature())) {
+    sum += row.weight;
+    times += row.weight * (row.biome->has_trace_times() ? row.biome->trace_times() : 1);
   }
   if (sum > 0) costs.trace_times = times / sum;
   return costs;

@@ -39,10 +39,4 @@ absl::Status GrowLand(const v1::Scene& scene, const v1::Terrain& land,
 std::optional<v1::SceneObject> GrownThing(const v1::Terrain& land, uint32_t index);
 std::vector<std::string> DescribeMap(const v1::Scene& scene);
 
-// Index of the ground among a landscape's objects. Other parts, such as water, follow; layers are
-// numbered after them.
-inline constexpr uint32_t kGroundIndex = 1;
-// Index of a cave's roof; a landscape without a roof has no object of this index.
-inline constexpr uint32_t kRoofIndex = 2;
-
 }  // namespace parallax

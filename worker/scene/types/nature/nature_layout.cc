@@ -1,9 +1,11 @@
 // Stage layout: which land, and the rules for what grows on it.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/base/status.h"
 #include "common/config/config.h"
@@ -16,16 +18,16 @@
 namespace parallax {
 namespace {
 
-absl::StatusOr<const Biome*> DrawBiome(const v1::BiomeWeights& weights, const Rng& root) {
+absl::StatusOr<const v1::Biome*> DrawBiome(const v1::NatureConfig& nature, const Rng& root) {
+  const std::vector<WeightedBiome> biomes = BiomesOf(nature);
   double sum = 0;
-  for (const Biome* biome : Biomes()) sum += std::max(0.0, biome->weight(weights));
+  for (const WeightedBiome& row : biomes) sum += row.weight;
   if (!(sum > 0)) {
     return InvalidArgument("nature.biomes: all weights are 0; one must be larger");
   }
   double left = root.Child("biome").Uniform() * sum;
-  const Biome* drawn = nullptr;
-  for (const Biome* biome : Biomes()) {
-    const double weight = std::max(0.0, biome->weight(weights));
+  const v1::Biome* drawn = nullptr;
+  for (const auto& [biome, weight] : biomes) {
     if (weight <= 0) continue;
     drawn = biome;
     if (left < weight) break;
@@ -53,22 +55,28 @@ void AddPart(uint32_t index, const char* name, const char* asset_class, const ch
 }
 
 // Wind, clarity and colour of the land's water.
-void ChooseWater(const v1::WaterConfig& config, const Biome& biome, const Rng& rng,
+void ChooseWater(const v1::WaterConfig& config, const v1::BiomeWater& own, const Rng& rng,
                  v1::Water& water) {
-  water.set_wind_mps(biome.wind * Draw(config.wind_mps(), rng.Child("wind").Uniform()));
+  water.set_wind_mps((own.has_wind() ? own.wind() : 1) *
+                     Draw(config.wind_mps(), rng.Child("wind").Uniform()));
   // Wind mostly blows towards the land, as waves bend towards a shore.
   water.set_wind_rad(std::remainder(
       water.direction_rad() + std::numbers::pi + rng.Child("wind from").Normal(0, 0.7),
       2 * std::numbers::pi));
-  const double clarity = std::clamp(
-      biome.clarity * Draw(config.clarity_m(), rng.Child("clarity").Uniform()), 0.02, 40.0);
+  const double clarity = std::clamp((own.has_clarity() ? own.clarity() : 1) *
+                                        Draw(config.clarity_m(), rng.Child("clarity").Uniform()),
+                                    0.02, 40.0);
   water.set_clarity_m(clarity);
   const double murky = 1 / (1 + clarity / 0.7);
   Vec3d tint;
   for (int k = 0; k < 3; ++k) {
-    const auto i = static_cast<size_t>(k);
-    const auto clear = static_cast<double>(biome.clear_water[i]);
-    tint[k] = clear + murky * (static_cast<double>(biome.murky_water[i]) - clear);
+    // The built-in colours were written with the precision of floats.
+    const auto color = [k](const auto& given, std::array<float, 3> absent) {
+      return static_cast<double>(given.size() == 3 ? static_cast<float>(given[k])
+                                                   : absent[static_cast<size_t>(k)]);
+    };
+    const double clear = color(own.clear_color(), {0.006f, 0.026f, 0.034f});
+    tint[k] = clear + murky * (color(own.murky_color(), {0.05f, 0.085f, 0.07f}) - clear);
   }
   *water.mutable_tint() = ToProto(tint);
 }
@@ -80,15 +88,15 @@ absl::StatusOr<std::variant<v1::Layout, Rejected>> LayOutLand(const v1::SceneCon
                                                               const CancelToken& cancel) {
   const Rng root(seed, "nature");
   const v1::NatureConfig& nature = config.nature();
-  ASSIGN_OR_RETURN(const Biome* biome, DrawBiome(nature.biomes(), root));
+  ASSIGN_OR_RETURN(const v1::Biome* biome, DrawBiome(nature, root));
   ASSIGN_OR_RETURN(const TerrainSpec spec,
-                   DrawLandform(biome->landform, root.Child("land").Child(biome->name)));
+                   DrawLandform(biome->landform(), root.Child("land").Child(biome->name())));
   v1::Layout layout;
   v1::Terrain& recipe = *layout.mutable_place()->mutable_terrain();
-  recipe.set_biome(std::string(biome->name));
+  recipe.set_biome(biome->name());
   SetTerrainSpec(spec, recipe);
   if (recipe.has_water()) {
-    ChooseWater(nature.water(), *biome, root.Child("water").Child(biome->name),
+    ChooseWater(nature.water(), biome->water(), root.Child("water").Child(biome->name()),
                 *recipe.mutable_water());
   }
   if (cancel.cancelled()) return Cancelled("layout: cancelled");
@@ -96,10 +104,10 @@ absl::StatusOr<std::variant<v1::Layout, Rejected>> LayOutLand(const v1::SceneCon
 
   Rng season = root.Child("season");
   recipe.set_season(nature.seasons().empty() ? "summer" : season.Pick(nature.seasons()));
-  const Rng rules = root.Child("rules").Child(biome->name);
+  const Rng rules = root.Child("rules").Child(biome->name());
   BiomeDraft draft{rules, recipe.season(), Draw(nature.density(), root.Child("density").Uniform()),
                    HeightsOf(*terrain), recipe};
-  biome->write(draft);
+  RETURN_IF_ERROR(WriteRules(*biome, draft));
   recipe.set_ground_object_index(kGroundIndex);
   RETURN_IF_ERROR(CheckRules(recipe));
 

@@ -18,15 +18,11 @@ namespace {
 
 class LandMaterials {
  public:
-  LandMaterials(const Rng& root, v1::Scene& recipe, v1::Terrain& land)
-      : recipe_(recipe), land_(land), root_(root) {}
+  LandMaterials(const v1::Biome& biome, const Rng& root, v1::Scene& recipe, v1::Terrain& land)
+      : biome_(biome), recipe_(recipe), land_(land), root_(root) {}
 
   absl::Status Run() {
-    const Biome* biome = FindBiome(land_.biome());
-    if (biome == nullptr) {
-      return InvalidArgument("terrain: no biome \"{}\"", land_.biome());
-    }
-    const std::vector<std::string> classes = biome->ground(land_.season());
+    const std::vector<std::string> classes = GroundMaterials(biome_, land_);
     if (classes.size() != static_cast<size_t>(land_.ground_size())) {
       return InvalidArgument("terrain: {} ground rules, but {} materials", land_.ground_size(),
                              classes.size());
@@ -48,7 +44,7 @@ class LandMaterials {
         Tint(index, tint);
       }
       // Between a meadow's tufts lie last year's blades and what is green below them.
-      if (classes[i] == "ForestFloor" && land_.biome() != "forest") Tint(index, ThatchTint());
+      if (classes[i] == "ForestFloor" && !biome_.woods()) Tint(index, ThatchTint());
       land_.mutable_ground(static_cast<int>(i))->set_material_index(index);
       if (ground == nullptr) continue;
       v1::MaterialBinding& binding = *ground->add_materials();
@@ -81,13 +77,10 @@ class LandMaterials {
     *recipe_.mutable_materials(static_cast<int>(index) - 1)->mutable_tint() = ToProto(tint);
   }
 
-  // Deserts and canyons are of red and yellow sandstone; so is what broke off it.
-  bool RedLand() const { return land_.biome() == "desert" || land_.biome() == "canyon"; }
-
   // Scree is of the land's rock, which is darker than a path's gravel; shores are paler, and
   // beaches are like the sand that lies below their stones.
   absl::StatusOr<Vec3d> GravelTint(const std::string& below) const {
-    if (RedLand()) return Vec3d(1.8, 1.12, 0.64);
+    if (biome_.red_rock()) return Vec3d(1.8, 1.12, 0.64);
     if (!land_.has_water()) return Vec3d(0.56, 0.54, 0.52);
     if (below != "Sand") return Vec3d(0.84, 0.81, 0.76);
     return ShingleTint(SeedOf("Gravel/"), SeedOf("Sand/"));
@@ -161,20 +154,21 @@ class LandMaterials {
         if (season == "autumn") name = "AutumnLeaf";
       }
       // Moss needs the damp of woods.
-      if (name == "MossyRock" && land_.biome() != "forest") name = "Rock";
+      if (name == "MossyRock" && !biome_.woods()) name = "Rock";
       // Stones are of the rock that they broke from.
-      if ((name == "Rock" || name == "Sandstone") && land_.biome() != "forest") {
-        name = FindBiome(land_.biome())->ground(season).back();
+      if ((name == "Rock" || name == "Sandstone") && !biome_.woods()) {
+        name = GroundMaterials(biome_, land_).back();
       }
       const double early = CatalogueClass(prototype) == "Reed" ? 0.85 : 0.35;
       const bool withers =
-          RedLand() || season == "winter" || (season == "autumn" && rng.Bernoulli(early));
+          biome_.red_rock() || season == "winter" || (season == "autumn" && rng.Bernoulli(early));
       if (name == "GrassBlade" && withers) name = "DryGrass";
       return name;
     }
     return {};
   }
 
+  const v1::Biome& biome_;
   v1::Scene& recipe_;
   v1::Terrain& land_;
   const Rng root_;
@@ -183,8 +177,11 @@ class LandMaterials {
 
 }  // namespace
 
-absl::Status ChooseLandMaterials(const Rng& root, v1::Scene& recipe, v1::Terrain& land) {
-  return LandMaterials(root, recipe, land).Run();
+absl::Status ChooseLandMaterials(const v1::NatureConfig& nature, const Rng& root, v1::Scene& recipe,
+                                 v1::Terrain& land) {
+  const v1::Biome* biome = FindBiome(nature, land.biome());
+  if (biome == nullptr) return InvalidArgument("terrain: no biome \"{}\"", land.biome());
+  return LandMaterials(*biome, root, recipe, land).Run();
 }
 
 namespace {

@@ -4,6 +4,7 @@
 
 #include "common/base/rng.h"
 #include "common/base/status.h"
+#include "parallax/v1/config.pb.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/scene/types/nature/ground/expand.h"
 
@@ -11,9 +12,10 @@ namespace parallax {
 
 // Adds materials to `recipe` and binds them to the ground (the object of land.ground_object_index),
 // to water and roof, and to all prototypes. Draws from addresses below `root`.
-// Errors: kInvalidArgument for an unknown biome or another number of ground rules than it has;
-// those of PrototypeMesh.
-absl::Status ChooseLandMaterials(const Rng& root, v1::Scene& recipe, v1::Terrain& land);
+// Errors: kInvalidArgument for a biome that is neither built in nor `nature`'s own; those of
+// PrototypeMesh.
+absl::Status ChooseLandMaterials(const v1::NatureConfig& nature, const Rng& root, v1::Scene& recipe,
+                                 v1::Terrain& land);
 
 // Expands the land for `views` and writes its hash, its number of instances, and the object indices
 // of its layers, which follow the largest of `recipe`.

@@ -1,17 +1,28 @@
 #include "worker/scene/types/nature/rules/biomes.h"
 
+#include <algorithm>
+
+#include "common/config/land_files.h"
+
 namespace parallax {
 
-const std::vector<const Biome*>& Biomes() {
-  static const std::vector<const Biome*>& biomes = *new std::vector<const Biome*>{
-      &kArctic, &kCanyon,   &kCave,  &kCliff, &kCoast,        &kDesert,
-      &kForest, &kMountain, &kPlain, &kRiver, &kSnowyMountain};
+std::vector<WeightedBiome> BiomesOf(const v1::NatureConfig& nature) {
+  std::vector<WeightedBiome> biomes;
+  const v1::BiomeWeights& weights = nature.biomes();
+  for (const v1::Biome& biome : BuiltinBiomes()) {
+    const auto* field = weights.GetDescriptor()->FindFieldByName(biome.name());
+    const double weight = field == nullptr ? 0 : weights.GetReflection()->GetDouble(weights, field);
+    biomes.push_back({&biome, std::max(0.0, weight)});
+  }
+  for (const v1::OwnBiome& own : nature.own_biomes()) {
+    biomes.push_back({&own.biome(), std::max(0.0, own.weight())});
+  }
   return biomes;
 }
 
-const Biome* FindBiome(std::string_view name) {
-  for (const Biome* biome : Biomes()) {
-    if (biome->name == name) return biome;
+const v1::Biome* FindBiome(const v1::NatureConfig& nature, std::string_view name) {
+  for (const WeightedBiome& row : BiomesOf(nature)) {
+    if (row.biome->name() == name) return row.biome;
   }
   return nullptr;
 }

@@ -1,16 +1,15 @@
-// The biomes: one row each of a table. A row names the landform and the ground's materials of a
-// biome, and writes its prototypes and layers.
+// The lands that there are (configs/biomes, and the user's own), and what a land's file writes into
+// a recipe.
 #pragma once
 
-#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "common/base/rng.h"
+#include "common/base/status.h"
 #include "parallax/v1/config.pb.h"
 #include "parallax/v1/scene.pb.h"
-#include "worker/terrain/terrain.h"
 
 namespace parallax {
 
@@ -22,7 +21,7 @@ struct SiteHeights {
   float At(float share) const { return low_m + share * (high_m - low_m); }
 };
 
-// The random numbers that a row draws, and the recipe that it writes.
+// The random numbers that a land draws, and the recipe that it writes, which has the landform.
 struct BiomeDraft {
   const Rng& rng;            // The biome's own address.
   const std::string season;  // "spring", "summer", "autumn", "winter".
@@ -31,31 +30,21 @@ struct BiomeDraft {
   v1::Terrain& recipe;
 };
 
-// One row of the table.
-struct Biome {
-  std::string_view name;
-  std::string_view landform;
-  double (*weight)(const v1::BiomeWeights& weights);
-  // Classes of the ground's materials, one for each rule that `write` adds, in their order; the
-  // last is bare rock. `season` as in BiomeDraft.
-  std::vector<std::string> (*ground)(const std::string& season);
-  void (*write)(BiomeDraft& draft);
-  // SceneCosts::trace_times of its scenes: what grass and leaves cost.
-  double trace_times = 1;
-  // The water: its wind and clarity over the config's, and the linear colour that clear and murky
-  // water scatters back.
-  double wind = 1, clarity = 1;
-  std::array<float, 3> clear_water = {0.006f, 0.026f, 0.034f};
-  std::array<float, 3> murky_water = {0.05f, 0.085f, 0.07f};
+// Writes ground rules, prototypes, layers and roof of a land, in the order of its file. Errors:
+// those of ValueOfFormula; those of TerrainSpecOf where it has a roof.
+absl::Status WriteRules(const v1::Biome& biome, BiomeDraft& draft);
+
+// Returns the classes of the ground's materials, one for each rule that WriteRules has written into
+// `recipe`, in their order; the last is bare rock.
+std::vector<std::string> GroundMaterials(const v1::Biome& biome, const v1::Terrain& recipe);
+
+struct WeightedBiome {
+  const v1::Biome* biome;
+  double weight;  // 0 or more.
 };
-
-// One file each in biomes/.
-extern const Biome kArctic, kCanyon, kCave, kCliff, kCoast, kDesert, kForest, kMountain, kPlain,
-    kRiver, kSnowyMountain;
-
-// In order of name.
-const std::vector<const Biome*>& Biomes();
-// nullptr when no such name exists.
-const Biome* FindBiome(std::string_view name);
+// Returns the built-in lands in order of name, then the config's own, which must outlive it.
+std::vector<WeightedBiome> BiomesOf(const v1::NatureConfig& nature);
+// Returns one of them by its name; nullptr when no such name exists.
+const v1::Biome* FindBiome(const v1::NatureConfig& nature, std::string_view name);
 
 }  // namespace parallax

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "common/config/land_files.h"
 #include "worker/scene/types/nature/rules/biomes.h"
 #include "worker/scene/types/nature/rules/recipe.h"
 #include "worker/terrain/landforms.h"
@@ -11,12 +12,23 @@
 namespace parallax {
 namespace {
 
-// Lands that people build in, those without water: a plot knows nothing of its level.
-const std::vector<const Biome*>& BuildingLands() {
-  static const auto& lands =
-      *new std::vector<const Biome*>{&kPlain,  &kPlain,  &kPlain,    &kPlain,        &kForest,
-                                     &kForest, &kDesert, &kMountain, &kSnowyMountain};
-  return lands;
+// Draws the land that people build in, by the weights that lands have for it: none with water, as a
+// plot knows nothing of its level.
+const v1::Biome& DrawBuildingLand(Rng rng) {
+  std::vector<const v1::Biome*> lands;
+  for (const v1::Biome& biome : BuiltinBiomes()) lands.push_back(&biome);
+  // The most likely first, as when they were a list.
+  std::stable_sort(lands.begin(), lands.end(), [](const v1::Biome* a, const v1::Biome* b) {
+    return a->house_weight() > b->house_weight();
+  });
+  double sum = 0;
+  for (const v1::Biome* biome : lands) sum += biome->house_weight();
+  double left = rng.Uniform() * sum;
+  for (const v1::Biome* biome : lands) {
+    if (left < biome->house_weight()) return *biome;
+    left -= biome->house_weight();
+  }
+  return *lands.front();
 }
 
 // Nobody walks here: a tenth of the erosion's work does.
@@ -60,24 +72,24 @@ v1::Plot PlotFor(const Rng& root, const Eigen::AlignedBox2d& house, double level
 
 absl::StatusOr<v1::Terrain> DrawHouseLand(const Rng& root, const Eigen::AlignedBox2d& house,
                                           double level_m) {
-  const Biome& biome = *root.Child("biome").Pick(BuildingLands());
+  const v1::Biome& biome = DrawBuildingLand(root.Child("biome"));
   ASSIGN_OR_RETURN(TerrainSpec spec,
-                   DrawLandform(biome.landform, root.Child("land").Child(biome.name)));
+                   DrawLandform(biome.landform(), root.Child("land").Child(biome.name())));
   MakeCoarse(spec);
   v1::Terrain land;
-  land.set_biome(std::string(biome.name));
+  land.set_biome(biome.name());
   SetTerrainSpec(spec, land);
   ASSIGN_OR_RETURN(const auto terrain, TerrainOf(land));
   static const std::vector<std::string> kSeasons = {"spring", "summer", "autumn", "winter"};
   land.set_season(root.Child("season").Pick(kSeasons));
-  const Rng rules = root.Child("rules").Child(biome.name);
+  const Rng rules = root.Child("rules").Child(biome.name());
   BiomeDraft draft{rules,
                    land.season(),
                    root.Child("density").Uniform(0.6, 1.2),
                    {Quantile(terrain->surface(), 0.05f), Quantile(terrain->surface(), 0.5f),
                     Quantile(terrain->surface(), 0.95f)},
                    land};
-  biome.write(draft);
+  RETURN_IF_ERROR(WriteRules(biome, draft));
   MakeSparse(land);
   *land.mutable_plot() = PlotFor(root, house, level_m, *terrain);
   RETURN_IF_ERROR(CheckRules(land));

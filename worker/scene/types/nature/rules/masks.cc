@@ -44,7 +44,11 @@ MaskOnGround::MaskOnGround(const v1::GroundMask& mask)
       noise_m_(static_cast<float>(mask.noise_m())),
       threshold_(ThresholdOf(mask.noise_cover())),
       noise_soft_(static_cast<float>(std::max(mask.noise_soft(), 1e-3))),
-      noise_seed_(mask.noise_seed()) {}
+      noise_seed_(mask.noise_seed()),
+      rows_m_(static_cast<float>(mask.rows_m())),
+      half_row_m_(static_cast<float>(0.5 * mask.row_width_m())),
+      across_(static_cast<float>(-std::sin(mask.row_direction_rad())),
+              static_cast<float>(std::cos(mask.row_direction_rad()))) {}
 
 float MaskOnGround::NoiseAt(const Vec2f& p) const {
   float sum = 0, wavelength_m = noise_m_, weight = 0.8f;
@@ -56,7 +60,13 @@ float MaskOnGround::NoiseAt(const Vec2f& p) const {
   return sum;
 }
 
+bool MaskOnGround::IsInRow(const Vec2f& p) const {
+  const float rows = across_.dot(p) / rows_m_;
+  return std::abs(rows - std::round(rows)) * rows_m_ <= half_row_m_;
+}
+
 float MaskOnGround::At(const Terrain& terrain, const Vec2f& p) const {
+  if (rows_m_ > 0 && !IsInRow(p)) return 0;
   float mask = 1;
   if (noise_m_ > 0) {
     mask = noise::SmoothStep(threshold_ - noise_soft_, threshold_ + noise_soft_, NoiseAt(p));

@@ -26,10 +26,13 @@ class MaskOnGround {
     float At(float x) const;
   };
   float NoiseAt(const Vec2f& p) const;
+  bool IsInRow(const Vec2f& p) const;
 
   Range slope_, height_, above_water_, wetness_, deposit_, shade_, snow_;
   float noise_m_, threshold_, noise_soft_;
   uint32_t noise_seed_;
+  float rows_m_, half_row_m_;
+  Vec2f across_;  // Unit, from one row to the next.
 };
 
 }  // namespace parallax

@@ -203,7 +203,11 @@ absl::Status CheckMask(const v1::GroundMask& mask) {
     RETURN_IF_ERROR(CheckNumber("mask.noise_m, where it is not 0,", mask.noise_m(), 0.05, 1e5));
   }
   RETURN_IF_ERROR(CheckNumber("mask.noise_cover", mask.noise_cover(), 0, 1));
-  return CheckNumber("mask.noise_soft", mask.noise_soft(), 0, 10);
+  RETURN_IF_ERROR(CheckNumber("mask.noise_soft", mask.noise_soft(), 0, 10));
+  if (mask.rows_m() == 0) return absl::OkStatus();
+  RETURN_IF_ERROR(CheckNumber("mask.rows_m, where it is not 0,", mask.rows_m(), 0.1, 1000));
+  RETURN_IF_ERROR(CheckNumber("mask.row_width_m", mask.row_width_m(), 0.01, 1000));
+  return CheckNumber("mask.row_direction_rad", mask.row_direction_rad(), -7, 7);
 }
 
 absl::Status CheckMasks(const v1::Terrain& recipe) {

@@ -21,6 +21,12 @@ absl::StatusOr<TerrainSpec> TerrainSpecOf(const v1::Terrain& recipe);
 // scene erode it only once. Thread-safe. Errors: those of TerrainSpecOf.
 absl::StatusOr<std::shared_ptr<const Terrain>> TerrainOf(const v1::Terrain& recipe);
 
+// Index of the ground among a landscape's objects. Other parts, such as water, follow; layers are
+// numbered after them.
+inline constexpr uint32_t kGroundIndex = 1;
+// Index of a cave's roof; a landscape without a roof has no object of this index.
+inline constexpr uint32_t kRoofIndex = 2;
+
 // The most things a square metre of a layer.
 inline constexpr double kMostPerM2 = 60;
 

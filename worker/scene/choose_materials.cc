@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -81,14 +82,41 @@ class MaterialChooser {
         break;
       default:
         replacements_ = ClassesTagged(&MaterialTags::any_object, false);
+        if (config_.replacements().empty()) break;
+        std::erase_if(replacements_, [&](const MaterialClass* c) { return !IsChosen(*c); });
     }
     if (!config_.troublesome()) {
       std::erase_if(replacements_, [](const MaterialClass* c) { return IsTroublesome(*c); });
     }
     if (!replacements_.empty()) return absl::OkStatus();
+    if (config_.mode() == v1::MaterialConfig::MODE_ALL) {
+      return InvalidArgument(
+          "materials.replacements: none of them can be the material of any object");
+    }
     return InvalidArgument(
         "materials.diffuse_material: no material of the catalogue is called \"{}\"",
         config_.diffuse_material());
+  }
+
+  // Whether `replacements` names the material or its family.
+  bool IsChosen(const MaterialClass& material) const {
+    return std::any_of(config_.replacements().begin(), config_.replacements().end(),
+                       [&](const std::string& name) {
+                         const MaterialClasses named = MaterialsOfFamily(name);
+                         return std::find(named.begin(), named.end(), &material) != named.end();
+                       });
+  }
+
+  // Whether the object's slot gets a material of the catalogue; and the stream that draws which.
+  std::optional<Rng> Replacement(const MaterialSlot& slot, const Rng& own) const {
+    if (config_.mode() != v1::MaterialConfig::MODE_ALL) return own;
+    if (Prints(slot)) return std::nullopt;
+    const auto per = config_.replace_per();
+    const bool part = per == v1::MaterialConfig::REPLACE_PER_PART;
+    const Rng where = part ? own.Child("part/" + slot.name) : own;
+    const Rng& coin = per == v1::MaterialConfig::REPLACE_PER_SCENE ? root_ : where;
+    if (!coin.Child("replaced").Bernoulli(config_.replace_probability())) return std::nullopt;
+    return where;
   }
 
   absl::StatusOr<std::vector<MaterialSlot>> SlotsOf(const v1::SceneObject& object) {
@@ -108,17 +136,30 @@ class MaterialChooser {
         });
   }
 
+  // The slot without metal, glass and mirrors, where the config leaves them out.
+  MaterialSlot Allowed(MaterialSlot slot) const {
+    if (!config_.has_metal_and_glass() || config_.metal_and_glass()) return slot;
+    std::erase_if(slot.families, [](const std::string& name) {
+      const MaterialClasses classes = MaterialsOfFamily(name);
+      return std::any_of(classes.begin(), classes.end(), [](const MaterialClass* c) {
+        return c->tags.metal_or_glass || IsTroublesome(*c);
+      });
+    });
+    if (slot.families.empty()) slot.families.push_back("MattePlastic");
+    return slot;
+  }
+
   uint32_t OfObject(const v1::SceneObject& object, const MaterialSlot& slot, const Rng& own,
                     bool lit) {
     if (slot.emissive) return Emissive(object, slot, own, lit);
     const bool all = config_.mode() == v1::MaterialConfig::MODE_ALL;
-    if (!all || (!Prints(slot) && own.Child("replaced").Bernoulli(config_.replace_probability()))) {
+    if (const std::optional<Rng> where = Replacement(slot, own)) {
       const std::vector<TextureSet>& sets = scene_.own.textures;
-      if (all && !sets.empty() && own.Child("own texture").Bernoulli(config_.texture_p())) {
-        const TextureSet& set = own.Child("texture set").Pick(sets);
+      if (all && !sets.empty() && where->Child("own texture").Bernoulli(config_.texture_p())) {
+        const TextureSet& set = where->Child("texture set").Pick(sets);
         return palettes_.IndexOf(set.name, set.seed);
       }
-      Rng draw = own.Child("replacement");
+      Rng draw = where->Child("replacement");
       const MaterialClass& material = *draw.Pick(replacements_);
       return palettes_.IndexOf(material.name, draw.Seed());
     }
@@ -136,14 +177,15 @@ class MaterialChooser {
       return palettes_.FromFamilies(slot, own.Child("slot/" + slot.name),
                                     "print/" + PrintsFor(slot.name).front()->name, kPrints);
     }
+    const MaterialSlot allowed = Allowed(slot);
     if (Prints(slot) || object.role() == v1::OBJECT_ROLE_FLOATING) {
       // Pictures on walls, screens and floating objects are not shared.
-      return palettes_.FromFamilies(slot, own.Child("slot/" + slot.name),
+      return palettes_.FromFamilies(allowed, own.Child("slot/" + slot.name),
                                     "own/" + object.name() + "/" + slot.name, 1);
     }
     // Equal models get equal materials: the address is the model's.
     const Rng model = root_.Child("model/" + object.asset_class() + "/" + slot.name, object.seed());
-    return palettes_.FromFamilies(slot, model, "", 0);
+    return palettes_.FromFamilies(allowed, model, "", 0);
   }
 
   // Whether the user's mesh brings the slot's material.

@@ -59,6 +59,8 @@ void ChooseSky(const v1::LightingConfig& config, const Rng& root, v1::Sky& sky);
 
 // Returns a linear RGB colour of mean 1; `saturation` in [0, 1], 0 = white.
 Vec3d TintOf(double hue_rad, double saturation);
+// Returns such a colour, of any hue and a saturation from 0.2 to 0.8.
+Vec3d RandomTint(Rng rng);
 
 // A point light's place and look, without its power.
 struct LightPlace {
@@ -66,11 +68,13 @@ struct LightPlace {
   double radius_m = 0;
   double whiteness = 1;  // [0, 1]: warm to white.
 };
-// Adds as many point lights as the config draws. Light i's place is `place(rng)` with a stream of
-// its own below `root`; a light without a place is left out. Their total power is drawn
-// independently of their number; each has a random share of it.
+// Adds as many point lights as the config draws. Light i's place is `place(rng, ball_m)` with a
+// stream of its own below `root`; a light without a place is left out. With `ball_m` above 0 the
+// light is a ball of that radius, or a smaller one that touches nothing. Their total power is drawn
+// independently of their number; each has a random share of it, or draws its own from 0 to the
+// equal share (LightingConfig.point_split).
 void AddPointLights(const v1::LightingConfig& config, const Rng& root,
-                    const std::function<std::optional<LightPlace>(Rng& rng)>& place,
+                    const std::function<std::optional<LightPlace>(Rng& rng, double ball_m)>& place,
                     google::protobuf::RepeatedPtrField<v1::Light>& lights);
 
 }  // namespace parallax

@@ -44,6 +44,13 @@ Opinion Textureless(const FrameFacts& frame, const v1::FilterConfig& filters) {
   return Verdict{.passed = share >= least, .value = share, .threshold = least};
 }
 
+Opinion Empty(const FrameFacts& frame, const v1::FilterConfig& filters) {
+  const double most = filters.has_max_empty_share() ? filters.max_empty_share() : 1;
+  if (most >= 1) return std::nullopt;
+  ASSIGN_OR_RETURN(const double share, Statistic(frame, "sky_fraction"));
+  return Verdict{.passed = share <= most, .value = share, .threshold = most};
+}
+
 Opinion Ambiguous(const FrameFacts& frame, const v1::FilterConfig& filters) {
   const double most = filters.has_max_ambiguous_share() ? filters.max_ambiguous_share() : 1;
   const auto share = frame.statistics.find(kAmbiguousShare);
@@ -60,6 +67,7 @@ constexpr struct {
     {"close", &Close},  //
     {"textureless", &Textureless},
     {"ambiguous", &Ambiguous},
+    {"empty", &Empty},
 };
 
 }  // namespace

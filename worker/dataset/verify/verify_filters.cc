@@ -48,6 +48,17 @@ void CompareTexture(const CheckedFrame& frame, double value) {
       fmt::format("\"textureless\" judged a share of {:.9g}, the maps have {:.9g}", value, share));
 }
 
+void CompareEmpty(const CheckedFrame& frame, double value) {
+  const auto& depth = frame.eyes[0].depth;
+  if (depth.empty()) return;
+  const auto sky = std::count_if(depth.values().begin(), depth.values().end(),
+                                 [](float depth_m) { return !(depth_m > 0); });
+  const double share = static_cast<double>(sky) / static_cast<double>(depth.values().size());
+  if (std::abs(share - value) <= 1e-9) return;
+  frame.Find("filters", "",
+             fmt::format("" empty " judged a share of {:.9g}, the maps have {:.9g}", value, share));
+}
+
 void CompareMean(const CheckedFrame& frame, double value) {
   const ImageRgb8& image = frame.eyes[0].color;
   // A sensor's picture is not what the filter judged: CheckLight compares it.
@@ -66,9 +77,9 @@ bool CheckVerdict(const CheckedFrame& frame, const std::string& name, const Json
   const double value = verdict["value"], threshold = verdict["threshold"];
   const bool passed = verdict["passed"];
   const bool is_distance = name == "near" || name == "close";
-  const bool is_ambiguous = name == "ambiguous";
+  const bool has_most = name == "ambiguous" || name == "empty";
   const bool expected =
-      is_ambiguous ? value <= threshold : value >= threshold || (is_distance && value == 0);
+      has_most ? value <= threshold : value >= threshold || (is_distance && value == 0);
   if (passed != expected) {
     frame.Find("filters", "",
                fmt::format("\"{}\" {} with {:.9g}, its threshold is {:.9g}", name,
@@ -77,7 +88,8 @@ bool CheckVerdict(const CheckedFrame& frame, const std::string& name, const Json
   if (is_distance) CompareNearest(frame, name, value);
   if (name == "dark") CompareMean(frame, value);
   if (name == "textureless") CompareTexture(frame, value);
-  if (is_ambiguous) CompareShare(frame, value);
+  if (name == "empty") CompareEmpty(frame, value);
+  if (name == "ambiguous") CompareShare(frame, value);
   return passed;
 }
 

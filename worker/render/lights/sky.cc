@@ -45,6 +45,8 @@ SkyModel::SkyModel(const v1::Sky& sky, bool ground, std::shared_ptr<const Enviro
   }
   scale_ = tint * (strength * kZenithRadiance);
   has_sky_ = scale_.maxCoeff() > 0.0f;
+  flat_share_ = std::clamp(static_cast<float>(sky.flat_share()), 0.0f, 1.0f);
+  flat_ = FromProto(sky.flat()).cast<float>().cwiseMax(0.0f) * (strength * kZenithRadiance);
 
   const auto elevation = static_cast<float>(sky.sun_elevation_rad());
   sun_direction_ = SunDirection(sky).cast<float>();
@@ -69,6 +71,7 @@ SkyModel::SkyModel(const v1::Sky& sky, bool ground, std::shared_ptr<const Enviro
   if (has_sun_) irradiance += sun_radiance_ * (sun_solid_angle() * sun_direction_.z());
   ground_ = ground ? Vec3f(irradiance.cwiseProduct(Vec3f(0.21f, 0.20f, 0.17f)) * kInvPi)
                    : MeanAtHorizon();
+  if (ground && flat_share_ > 0) ground_ = Flattened(Vec3x8(ground_)).Get(0);
   if (environment && has_sky_) {
     UseEnvironment(std::move(environment), sky.environment_turn_rad(), tint, Luminance(irradiance));
   }
@@ -128,7 +131,7 @@ Vec3x8 SkyModel::OpenDome(const Vec3x8& directions) const {
   const Vec3x8 scale(scale_);
   const Vec3x8 open =
       clear_ <= 0.0f ? overcast : overcast + (ClearSky(directions) - overcast) * clear_;
-  return scale * open;
+  return flat_share_ == 0 ? scale * open : Flattened(scale * open);
 }
 
 Vec3x8 SkyModel::Dome(const Vec3x8& directions) const {

@@ -84,6 +84,9 @@ class SkyModel {
   void UseEnvironment(std::shared_ptr<const Environment> environment, double turn_rad,
                       const Vec3f& tint, float ground_irradiance);
   Vec3x8 ClearSky(const Vec3x8& directions) const;
+  Vec3x8 Flattened(const Vec3x8& radiance) const {
+    return radiance * (1.0f - flat_share_) + Vec3x8(flat_) * flat_share_;
+  }
   // The dome without clouds, and with them.
   Vec3x8 OpenDome(const Vec3x8& directions) const;
   Vec3x8 Dome(const Vec3x8& directions) const;
@@ -100,6 +103,8 @@ class SkyModel {
   float clear_ = 0;  // [0, 1]
   Perez perez_[2];   // CIE x; luminance in kcd/m^2.
   Vec3f scale_ = Vec3f::Zero();
+  Vec3f flat_ = Vec3f::Zero();    // One colour, which has a share of the sky.
+  float flat_share_ = 0;          // [0, 1]
   Vec3f ground_ = Vec3f::Zero();  // Radiance below the horizon.
   Vec3f sun_radiance_ = Vec3f::Zero();
   Vec3f sun_direction_ = Vec3f::UnitZ();

@@ -32,7 +32,8 @@ Eigen::AlignedBox3d BoxOf(const v1::FloatingBox& box, const Eigen::AlignedBox3d&
 struct Floater {
   std::string class_name;
   uint64_t seed = 0, warp_seed = 0;
-  double size_m = 0, warp = 0;
+  FloatingSize size;
+  double warp = 0;
   Box3f bounds;
   std::shared_ptr<const TriangleTree> tree;
 };
@@ -91,7 +92,7 @@ class FloatingPlacer {
     const FloatingChoice::Model model = choice.Draw(stream);
     floater.class_name = model.asset_class;
     floater.seed = model.seed;
-    floater.size_m = Draw(config_.size_m(), stream.Child("size").Uniform());
+    floater.size = FloatingSize::Draw(config_, stream);
     floater.warp = Draw(config_.warp(), stream.Child("warp").Uniform());
     if (floater.warp > 0) {
       floater.warp_seed = stream.Child("warp seed").Seed();
@@ -119,7 +120,7 @@ class FloatingPlacer {
     const bool view = config_.placement() == v1::FloatingConfig::PLACEMENT_VIEW;
     if (!view) {
       const Vec3d at = box_.min() + Vec3d(x, y, z).cwiseProduct(box_.sizes());
-      return PoseAbout(at, rotation, floater.size_m / side, floater.bounds);
+      return PoseAbout(at, rotation, floater.size.Grown(1) / side, floater.bounds);
     }
     if (guard_.views().empty()) return std::nullopt;
     const size_t rig = config_.view_rig() >= 0 ? static_cast<size_t>(config_.view_rig()) : number;
@@ -128,9 +129,8 @@ class FloatingPlacer {
     const Vec3d direction = from.Direction(2 * x - 1, 2 * y - 1);
     const auto hit = scene_.solid.Intersect(from.eye.cast<float>(), direction.cast<float>());
     if (!hit || double{hit->distance} <= distance) return std::nullopt;
-    const double grown = config_.size_at_m() > 0 ? distance / config_.size_at_m() : 1;
-    return PoseAbout(from.eye + distance * direction, rotation, floater.size_m * grown / side,
-                     floater.bounds);
+    return PoseAbout(from.eye + distance * direction, rotation,
+                     floater.size.At(config_, distance) / side, floater.bounds);
   }
 
   bool InBounds(const Box3f& bounds, const Pose& pose) const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/config/config.h"
 #include "worker/scene/floating/place_floating.h"
 
 namespace parallax {
@@ -95,6 +96,11 @@ const std::string& FloatingChoice::Pick(const std::vector<Class>& classes, Rng r
     left -= entry.weight;
   }
   return last->name;
+}
+
+FloatingSize FloatingSize::Draw(const v1::FloatingConfig& config, const Rng& stream) {
+  return {parallax::Draw(config.size_m(), stream.Child("size").Uniform()),
+          parallax::Draw(config.size_added_m(), stream.Child("size added").Uniform())};
 }
 
 FloatingChoice::Model FloatingChoice::Draw(const Rng& stream) const {

@@ -1,6 +1,7 @@
 // The choice of floating objects: a class and one of its models. Private to worker/scene.
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <string>
 #include <vector>
@@ -11,6 +12,22 @@
 #include "worker/scene/own_content.h"
 
 namespace parallax {
+
+// The longest side of a floating object.
+struct FloatingSize {
+  double drawn_m = 0;  // At FloatingConfig.size_at_m.
+  double added_m = 0;
+
+  // Draws from random addresses below `stream`.
+  static FloatingSize Draw(const v1::FloatingConfig& config, const Rng& stream);
+  // Returns the size at a distance from the camera, metres.
+  double At(const v1::FloatingConfig& config, double distance_m) const {
+    return Grown(config.size_at_m() > 0 ? distance_m / config.size_at_m() : 1);
+  }
+  double Grown(double factor) const { return std::max(kLeast_m, drawn_m * factor + added_m); }
+
+  static constexpr double kLeast_m = 0.02;
+};
 
 // Draws classes and models by the config's weights.
 class FloatingChoice {

@@ -44,6 +44,20 @@ TEST(Verdicts, FollowTheThresholds) {
   }
 }
 
+TEST(Verdicts, ViewsOfTheSkyAreEmptyOnlyWhenAsked) {
+  v1::FilterConfig filters = Filters(10, 0.125);
+  const FrameFacts frame{{{"mean_intensity", 90}, {"min_depth_m", 1}, {"sky_fraction", 0.95}}};
+  EXPECT_EQ(Judge(frame, filters)->size(), 2);
+  for (const auto& [most, passed] : {std::pair(0.95, true), std::pair(0.94, false)}) {
+    filters.set_max_empty_share(most);
+    const auto verdicts = Judge(frame, filters);
+    ASSERT_EQ(verdicts->size(), 3);
+    EXPECT_EQ(verdicts->back().name, "empty");
+    EXPECT_EQ(verdicts->back().passed, passed);
+    EXPECT_EQ(verdicts->back().threshold, most);
+  }
+}
+
 TEST(Verdicts, OnlyCuratedFramesAreAmbiguousAndOnlyWhenAsked) {
   v1::FilterConfig filters = Filters(10, 0.125);
   FrameFacts frame{{{"mean_intensity", 90}, {"min_depth_m", 1}, {"ambiguous_share", 0.5}}};

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/math/proto.h"
 #include "tests/worker/render/radiance.h"
 
 namespace parallax {
@@ -23,6 +24,23 @@ std::vector<Vec3f> Directions(int count) {
     all.push_back(DirectionAt(z, 2.39996f * static_cast<float>(i)));
   }
   return all;
+}
+
+TEST(Sky, AFlatColourIsTheSameInAllDirections) {
+  v1::Sky sky = ClearDay();
+  *sky.mutable_flat() = ToProto(Vec3d(1.5, 1, 0.5));
+  sky.set_flat_share(1);
+  const SkyModel flat(sky);
+  const Vec3f expected = Vec3f(1.5f, 1, 0.5f) * SkyModel::kZenithRadiance;
+  for (const Vec3f& up : Directions(20)) {
+    EXPECT_TRUE(flat.Radiance(up).isApprox(expected, 1e-5f));
+    EXPECT_TRUE(flat.Radiance(Vec3f(-up)).isApprox(expected, 1e-5f)) << "below the horizon too";
+  }
+  sky.set_flat_share(0.5);
+  const SkyModel mixed(sky), open(ClearDay());
+  const Vec3f up(0, 0, 1);
+  EXPECT_TRUE(mixed.Radiance(up).isApprox(0.5f * (expected + open.Radiance(up)), 1e-5f));
+  EXPECT_EQ(mixed.SunRadiance(), open.SunRadiance());
 }
 
 // Without a given turbidity, a sky has the usual one, under a veil of thin cloud.

@@ -34,7 +34,7 @@ constexpr double kLeastClear_m = 0.05;  // No camera stands in a thing, whatever
 struct DenseObject {
   std::shared_ptr<const TriangleTree> tree;
   Box3f bounds;
-  double size_m = 0;  // At FloatingConfig.size_at_m.
+  FloatingSize size;
 };
 
 // A thing that stands in the keyframe being drawn.
@@ -93,7 +93,7 @@ class DenseDresser {
       if (!mesh.ok()) return WithContext(mesh.status(), "object " + object.name());
       DenseObject made;
       made.bounds = mesh->Bounds();
-      made.size_m = Draw(floating.size_m(), stream.Child("size").Uniform());
+      made.size = FloatingSize::Draw(floating, stream);
       if (!floating.allow_intersections()) made.tree = std::make_shared<TriangleTree>(*mesh);
       objects_.push_back(std::move(made));
     }
@@ -117,7 +117,8 @@ class DenseDresser {
     if (config_.lighting().mode() == v1::LightingConfig::MODE_AUGMENTED) {
       const RigView view = RigView::Of(rig);
       AddPointLights(
-          config_.lighting(), light, [&](Rng& rng) { return PlaceLight(rng, view, placed); },
+          config_.lighting(), light,
+          [&](Rng& rng, double ball_m) { return PlaceLight(rng, ball_m, view, placed); },
           *keyframe.mutable_lights());
     }
   }
@@ -210,12 +211,12 @@ class DenseDresser {
     const DenseObject& object = objects_[i];
     const StreetPlacer placer(config_, *street(), view);
     for (int k = 0; k < kDenseTries; ++k) {
-      const std::optional<Pose> pose = placer.Draft(rng, object.bounds, object.size_m);
+      const std::optional<Pose> pose = placer.Draft(rng, object.bounds, object.size);
       if (!pose) continue;
       const Placed thing = PlacedAt(i, *pose);
       if (config_.floating().allow_intersections() || IsFree(thing, placed)) return thing;
     }
-    return PlacedAt(i, placer.FarAway(object.bounds, object.size_m, i));
+    return PlacedAt(i, placer.FarAway(object.bounds, object.size.drawn_m, i));
   }
 
   Placed PlacedAt(size_t i, const Pose& pose) const {
@@ -232,8 +233,7 @@ class DenseDresser {
     const double x = rng.Uniform(-1 - kMargin, 1 + kMargin);
     const double y = rng.Uniform(-1 - kMargin, 1 + kMargin);
     const double distance = Draw(floating.distance_m(), rng.Uniform());
-    const double size =
-        object.size_m * (floating.size_at_m() > 0 ? distance / floating.size_at_m() : 1);
+    const double size = object.size.At(floating, distance);
     const double side = std::max(double{object.bounds.diagonal().maxCoeff()}, 1e-6);
     Placed thing;
     thing.object = i;
@@ -255,8 +255,10 @@ class DenseDresser {
     return true;
   }
 
-  // Anywhere in front of the camera or beside it, but in no object.
-  LightPlace PlaceLight(Rng& rng, const RigView& view, const std::vector<Placed>& placed) const {
+  // Anywhere in front of the camera or beside it, but in no object. A ball of radius `ball_m`
+  // shrinks until it meets none.
+  LightPlace PlaceLight(Rng& rng, double ball_m, const RigView& view,
+                        const std::vector<Placed>& placed) const {
     const double distance = Draw(config_.lighting().point_distance_m(), rng.Uniform());
     LightPlace light;
     light.whiteness = rng.Uniform();
@@ -270,6 +272,10 @@ class DenseDresser {
       });
       if (!inside) break;
     }
+    for (const Placed& thing : placed) {
+      ball_m = std::min(ball_m, (thing.middle - light.position).norm() - thing.radius_m);
+    }
+    light.radius_m = std::max(light.radius_m, ball_m);
     return light;
   }
 

@@ -104,7 +104,8 @@ StreetPlacer::StreetPlacer(const v1::SceneConfig& config, const v1::Street& stre
                            const RigView& view)
     : config_(config), street_(street), view_(view), ahead_(view.axes(0, 2) >= 0 ? 1 : -1) {}
 
-std::optional<Pose> StreetPlacer::Draft(Rng& rng, const Box3f& bounds, double size_m) const {
+std::optional<Pose> StreetPlacer::Draft(Rng& rng, const Box3f& bounds,
+                                        const FloatingSize& size) const {
   const v1::FloatingConfig& floating = config_.floating();
   const double distance = Draw(floating.distance_m(), rng.Uniform());
   const double side = rng.Bernoulli(0.5) ? 1 : -1, lateral = rng.Uniform(), height = rng.Uniform();
@@ -114,7 +115,7 @@ std::optional<Pose> StreetPlacer::Draft(Rng& rng, const Box3f& bounds, double si
   const Eigen::Quaterniond upright(
       Eigen::AngleAxisd(rng.Uniform(0, 2 * std::numbers::pi), Vec3d::UnitZ()));
   const Eigen::Quaterniond& rotation = in_air ? tumbled : upright;
-  if (floating.size_at_m() > 0) size_m *= distance / floating.size_at_m();
+  const double size_m = size.At(floating, distance);
   const double scale = ScaleFor(bounds, size_m);
   const Vec3d half = HalfExtent(bounds, rotation, scale);
   // From the carriageway's edge to the thing's near side.

@@ -9,6 +9,7 @@
 #include "parallax/v1/config.pb.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/geometry/mesh.h"
+#include "worker/scene/floating/floating_choice.h"
 #include "worker/scene/floating/place_floating.h"
 #include "worker/scene/palettes.h"
 
@@ -39,7 +40,7 @@ class StreetPlacer {
   // Returns a place for a thing with these bounds (object frame), its longest side `size_m`:
   // upright on the ground, or now and then turned in the air. Nothing where it would come near the
   // eyes.
-  std::optional<Pose> Draft(Rng& rng, const Box3f& bounds, double size_m) const;
+  std::optional<Pose> Draft(Rng& rng, const Box3f& bounds, const FloatingSize& size) const;
   // Returns a pose behind everything, for an object that finds no place among the others. Different
   // numbers give different places.
   Pose FarAway(const Box3f& bounds, double size_m, size_t number) const;

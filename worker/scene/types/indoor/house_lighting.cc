@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kLightGap_m = 0.12;
 constexpr int kLampTries = 60;
+constexpr double kBallShrinks = 0.8;
 
 // Whether something that moves comes nearer than `reach` in any frame, by its oriented box.
 bool MeetsMover(const SceneInProgress& scene, const Vec3d& at, double reach) {
@@ -25,8 +26,9 @@ bool MeetsMover(const SceneInProgress& scene, const Vec3d& at, double reach) {
   });
 }
 
-// Anywhere in the first room above knee height, clear of everything at the time of every frame.
-std::optional<LightPlace> FindPlace(const SceneInProgress& scene, Rng& rng) {
+// Anywhere in the first room above knee height, clear of everything at the time of every frame. A
+// ball of radius `ball_m` shrinks until it is.
+std::optional<LightPlace> FindPlace(const SceneInProgress& scene, double ball_m, Rng& rng) {
   const Eigen::AlignedBox3d& bounds = scene.surroundings.bounds;
   const Vec3d size = bounds.sizes();
   LightPlace light;
@@ -39,24 +41,32 @@ std::optional<LightPlace> FindPlace(const SceneInProgress& scene, Rng& rng) {
     light.position = bounds.min() + Vec3d(x, y, z);
     const Vec3f at = light.position.cast<float>();
     if (scene.solid.NearestDistance(at, reach) < reach || scene.solid.Inside(at)) continue;
-    if (!MeetsMover(scene, light.position, static_cast<double>(reach))) return light;
+    if (MeetsMover(scene, light.position, static_cast<double>(reach))) continue;
+    if (ball_m == 0) return light;
+    const auto wanted = static_cast<float>(ball_m + kLightGap_m);
+    double radius = double{scene.solid.NearestDistance(at, wanted)} - kLightGap_m;
+    while (radius > light.radius_m && MeetsMover(scene, light.position, radius + kLightGap_m)) {
+      radius *= kBallShrinks;
+    }
+    light.radius_m = std::max(light.radius_m, radius);
+    return light;
   }
   return std::nullopt;
 }
 
-// Dims the ceiling lamps and gives them another colour.
-void DimCeiling(Rng rng, v1::Scene& recipe) {
-  const double factor = std::exp(rng.Uniform(std::log(0.04), std::log(0.5)));
-  const double hue = rng.Uniform(0, 2 * std::numbers::pi), saturation = rng.Uniform(0.2, 0.8);
-  const Vec3d color = TintOf(hue, saturation);
+// Scales the light of the ceiling's lamps, or of all lamps, and gives it another colour.
+void TintLamps(bool ceiling_only, double factor, const std::optional<Vec3d>& color,
+               v1::Scene& recipe) {
   for (v1::Light& light : *recipe.mutable_lights()) {
     if (light.kind() != v1::Light::KIND_MESH) continue;
     const auto owner = std::find_if(
         recipe.objects().begin(), recipe.objects().end(),
         [&](const v1::SceneObject& object) { return object.index() == light.object_index(); });
-    if (owner == recipe.objects().end() || owner->relation() != "on_ceiling") continue;
-    const double power = FromProto(light.power_w()).mean() * factor;
-    *light.mutable_power_w() = ToProto(Vec3d(color * power));
+    if (owner == recipe.objects().end()) continue;
+    if (ceiling_only && owner->relation() != "on_ceiling") continue;
+    const Vec3d power_w = FromProto(light.power_w());
+    *light.mutable_power_w() =
+        ToProto(color ? Vec3d(*color * (power_w.mean() * factor)) : Vec3d(power_w * factor));
   }
 }
 
@@ -67,12 +77,21 @@ void ChooseHouseLighting(const v1::LightingConfig& config, SceneInProgress& scen
   ChooseSky(config, root, *scene.recipe.mutable_sky());
   if (config.mode() != v1::LightingConfig::MODE_AUGMENTED) return;
   AddPointLights(
-      config, root, [&](Rng& rng) { return FindPlace(scene, rng); },
+      config, root, [&](Rng& rng, double ball_m) { return FindPlace(scene, ball_m, rng); },
       *scene.recipe.mutable_lights());
   scene.recipe.mutable_place()->mutable_house()->set_ceiling_removed(
       root.Child("ceiling removed").Bernoulli(config.ceiling_removed_p()));
   if (root.Child("ceiling dimmed").Bernoulli(config.ceiling_dimmed_p())) {
-    DimCeiling(root.Child("dimming"), scene.recipe);
+    Rng rng = root.Child("dimming");
+    const double factor = std::exp(rng.Uniform(std::log(0.04), std::log(0.5)));
+    TintLamps(true, factor, RandomTint(rng), scene.recipe);
+  }
+  const double lamps = root.Child("lamps").Uniform();
+  if (lamps < config.lamps_colored_p()) {
+    TintLamps(false, 1, RandomTint(root.Child("lamps colour")), scene.recipe);
+  } else if (lamps < config.lamps_colored_p() + config.lamps_dimmed_p()) {
+    const double kept = Draw(config.lamps_dimmed_to(), root.Child("lamps dimming").Uniform());
+    TintLamps(false, kept, std::nullopt, scene.recipe);
   }
 }
 

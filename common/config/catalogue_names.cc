@@ -28,6 +28,10 @@ constexpr char kAssetGroups[] = R"(
 all bushes chairs dead_wood desert_plants formations herbs litter nature shelves shrubs stones trees
 )";
 
+constexpr char kRoomKinds[] = R"(
+bathroom bedroom closet dining_room hallway kitchen living_room office
+)";
+
 // Families in lower case, and the classes that any object may have.
 constexpr char kObjectMaterials[] = R"(
 AntiqueMirror ApplianceEnamel AshWood Bark BasketWeaveFabric BeechWood BoucleFabric BreadCrust
@@ -87,6 +91,11 @@ const std::vector<std::string>& GroundMaterialNames() {
 
 const std::vector<std::string>& TreeNames() {
   static const auto& names = *new std::vector<std::string>(ListOf(kTrees));
+  return names;
+}
+
+const std::vector<std::string>& RoomKindNames() {
+  static const auto& names = *new std::vector<std::string>(ListOf(kRoomKinds));
   return names;
 }
 

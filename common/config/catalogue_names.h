@@ -20,6 +20,8 @@ const std::vector<std::string>& ObjectMaterialNames();
 const std::vector<std::string>& GroundMaterialNames();
 // Trees with their species, as lands name them: "BroadleafTree/oak".
 const std::vector<std::string>& TreeNames();
+// Kinds of rooms that `room.kinds` may name, beside a config's own.
+const std::vector<std::string>& RoomKindNames();
 // Benchmarks of worker/evaluate that need no path.
 const std::vector<std::string>& BenchmarkNames();
 // Predictors of worker/evaluate that need no training.

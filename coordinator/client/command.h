@@ -87,5 +87,9 @@ void RegisterExport(Registry& registry);
 void RegisterVerify(Registry& registry);
 void RegisterScene(Registry& registry);   // scene show, scene export
 void RegisterConfig(Registry& registry);  // config check, config show, config list
+void RegisterOwnFiles(Registry& registry, CLI::App& config);  // config biome, config room
+
+// Prints a recipe as text: plan, objects, lights, rigs, solver. Errors: those of TypeOf.
+absl::Status PrintRecipe(const v1::Scene& scene, Session& session);
 
 }  // namespace parallax::client

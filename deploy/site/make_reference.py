@@ -13,9 +13,9 @@ import subprocess
 import sys
 import tempfile
 
-PROTOS = ("rule", "biome", "config", "jobs", "scene", "train", "study")
+PROTOS = ("rule", "biome", "room", "config", "jobs", "scene", "train", "study")
 # Headings of the page: title, message, path of its fields in a file.
-SECTIONS = (("Scenes", "SceneConfig", ""), ("Lands", "Biome", ""), ("Training", "TrainSpec", "train"), ("Evaluating", "EvaluateSpec", "evaluate"))
+SECTIONS = (("Scenes", "SceneConfig", ""), ("Lands", "Biome", ""), ("Rooms", "RoomKind", ""), ("Training", "TrainSpec", "train"), ("Evaluating", "EvaluateSpec", "evaluate"))
 # The words of a study file that no message has as they are; the others have the comments of StudySpec and VariantSpec.
 OF_A_STUDY = {"study": "name", "pairs": "", "rigs_per_scene": "", "seed": "", "priority": "", "tags": "", "memory_mb": ""}
 WORDS = {
@@ -38,12 +38,16 @@ DISTRIBUTION = "A number, or `{uniform: [low, high]}`, `{uniform_int: [low, high
 # Messages of lands that a file writes on one line.
 SHORT = {"Quantity": "distribution or formula", "SoftSpan": "[low, high, soft]",
          "GroundPatches": "[wavelength_m, cover, soft]", "GroundRows": "[spacing_m, width_m, direction_deg]",
-         "SizeSpan": "[low, high]"}
+         "SizeSpan": "[low, high]", "CountSpan": "[low, high]", "GapSpan": "[near, far]"}
+# Messages that files of their own fill, and what such a file is of.
+OF_FILES = {".parallax.v1.Biome": "a land", ".parallax.v1.RoomKind": "a kind of room"}
 ABOUT = {"Lands": "A file of a land has these fields: the built-in ones in `configs/biomes`, and yours, which "
                   "[`nature.biome_files`](../recipes/nature.md) names. `parallax config biome FILE` checks it. A number is a "
                   "distribution, or a formula with +, - and * of numbers and names: those that `let` gives, and `low_m`, "
                   "`middle_m`, `high_m`, `relief_m` (heights of the site), `beach_m` (how high a beach reaches above the "
-                  "water), `gorge_m` (width of a gorge)."}
+                  "water), `gorge_m` (width of a gorge).",
+         "Rooms": "A file of a kind of room has these fields: the built-in ones in `configs/rooms`, and yours, which "
+                  "[`room.room_files`](../recipes/rooms.md) names. `parallax config room FILE` checks it."}
 
 
 def load_files(proto_dir):
@@ -169,10 +173,10 @@ def groups(schema, name, path, comment, found):
         if is_group(schema, field):
             repeated = field.label == field.LABEL_REPEATED
             about = one_line(schema.comments[f"{name}.{field.name}"])
-            land = field.type_name.endswith(".Biome")
-            if (repeated and not listed or land) and new:
-                own.append((field.name, "", "a land" if land else "list", meaning(schema, name, field.name)))
-            if land:
+            file = OF_FILES.get(field.type_name)
+            if (repeated and not listed or file) and new:
+                own.append((field.name, "", file or "list", meaning(schema, name, field.name)))
+            if file:
                 continue  # Has a part of its own.
             groups(schema, field.type_name, (f"{path}.{listed}" if listed else below) + ("[]" if repeated else ""),
                    "" if repeated else about, found)
@@ -232,8 +236,8 @@ def field_schema(schema, name, field):
         item = {"anyOf": [{"$ref": "#/$defs/Distribution"}, {"type": "string"}]}
     elif short_form(field):
         item = {"$ref": "#/$defs/Numbers"}
-    elif field.type_name.endswith(".Biome"):
-        item = {"$ref": "#/$defs/Biome"}
+    elif field.type_name in OF_FILES:
+        item = {"$ref": "#/$defs/" + field.type_name.rpartition(".")[2]}
     elif field.type == field.TYPE_ENUM:
         words = list(rule.allowed) or [word for word, _ in schema.enum_values(field.type_name)]
         # YAML 1.1 reads on and off as true and false.
@@ -274,7 +278,7 @@ def write_json_schemas(schema, out):
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$defs": {"Distribution": distribution_schema()}}
     quantity = {"anyOf": [{"$ref": "#/$defs/Distribution"}, {"type": "string"}]}
     head["$defs"] |= {"Numbers": {"type": "array", "items": quantity, "minItems": 2, "maxItems": 3},
-                      "Biome": message_schema(schema, ".parallax.v1.Biome")}
+                      **{name.rpartition(".")[2]: message_schema(schema, name) for name in OF_FILES}}
     scene = message_schema(schema, ".parallax.v1.SceneConfig")
     # A study's own words (common/config/study_loader.cc); `base` names a scene config that `set` is merged onto.
     said = study_meanings(schema)
@@ -297,8 +301,8 @@ def write_json_schemas(schema, out):
         "variants": {"type": "array", "items": variant, "minItems": 1},
         "train": message_schema(schema, ".parallax.v1.TrainSpec"),
         "evaluate": message_schema(schema, ".parallax.v1.EvaluateSpec")})}
-    biome = {"$ref": "#/$defs/Biome"}
-    for name, body, more in (("biome", biome, {}), ("scene", scene, {}), ("study", study, {"Scene": scene})):
+    biome, room = {"$ref": "#/$defs/Biome"}, {"$ref": "#/$defs/RoomKind"}
+    for name, body, more in (("biome", biome, {}), ("room", room, {}), ("scene", scene, {}), ("study", study, {"Scene": scene})):
         head["$defs"] |= more
         text = json.dumps({**head, "title": f"Parallax {name}", **body}, indent=1)
         (out / f"{name}.schema.json").write_text(text + "\n")

@@ -42,6 +42,10 @@ class SchemaTest(unittest.TestCase):
         self.assertEqual(len(files), 11)
         for path in files:
             jsonschema.validate(load(path), schema("biome"))
+        files = sorted((SOURCE / "configs/rooms").glob("*.yaml"))
+        self.assertEqual(len(files), 13)
+        for path in files:
+            jsonschema.validate(load(path), schema("room"))
         files = sorted((SOURCE / "configs/studies").glob("*.yaml"))
         self.assertGreaterEqual(len(files), 7)
         for path in files:

@@ -153,14 +153,12 @@ std::vector<std::string> PlacedClasses() {
   std::vector<std::string> classes = {
       "Plate", "Fork", "Knife", "Spoon", "Wineglass", "CeilingClassicLamp", "FloorLamp"};
   for (const std::string& name : BuildingClasses()) classes.push_back(name);
-  for (const auto* tables : {&RoomTables(), &HallTables()}) {
-    for (const RoomTable& table : *tables) {
-      for (const RoomRow& row : table.rows) {
-        classes.insert(classes.end(), row.classes.begin(), row.classes.end());
-      }
-      for (const SmallRow& row : table.small) {
-        classes.insert(classes.end(), row.classes.begin(), row.classes.end());
-      }
+  for (const RoomTable& table : RoomTables()) {
+    for (const RoomRow& row : table.rows) {
+      classes.insert(classes.end(), row.classes.begin(), row.classes.end());
+    }
+    for (const SmallRow& row : table.small) {
+      classes.insert(classes.end(), row.classes.begin(), row.classes.end());
     }
   }
   std::sort(classes.begin(), classes.end());
@@ -171,7 +169,7 @@ std::vector<std::string> PlacedClasses() {
 absl::StatusOr<Furnishing> Furnish(const v1::Room& room, const v1::SceneConfig& config,
                                    const std::vector<Fixture>& fixtures, SceneSeed seed,
                                    AssetPool& pool, const CancelToken& cancel) {
-  const RoomTable& table = TableOf(room);
+  const RoomTable table = TableOf(room, config.room());
   const Steps steps = StepsOf(config.solver(), room);
   const RoomProblem problem = MakeRoomProblem(room, table, config.assets(), seed);
   const std::vector<Wish> wishes = WishesOf(table);

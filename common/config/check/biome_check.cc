@@ -14,7 +14,7 @@
 #include "common/config/catalogue_names.h"
 #include "common/config/check/field_rules.h"
 #include "common/config/config.h"
-#include "common/config/land_files.h"
+#include "common/config/files/land_files.h"
 
 namespace parallax::config_internal {
 namespace {

@@ -14,6 +14,7 @@
 #include "common/config/check/checks.h"
 #include "common/config/check/field_rules.h"
 #include "common/config/check/limits.h"
+#include "common/config/check/room_kind_check.h"
 #include "common/config/config.h"
 #include "common/config/config_text.h"
 #include "common/config/frame_maps.h"
@@ -310,9 +311,11 @@ void CheckFields(const Message& message, const std::string& path, Findings* find
 void CheckConfig(const v1::SceneConfig& config, const std::string& path, Findings* findings) {
   const size_t before = findings->size();
   CheckFields(config, path, findings);
+  CheckRoomNames(config.room(), Dotted(path, "room"), findings);
   if (findings->size() > before) return;  // Each number by itself first.
   CheckSensor(config, path, findings);
   CheckMapsBeside(config.render(), Dotted(path, "render.maps"), findings);
+  CheckOwnKinds(config.room(), Dotted(path, "room"), findings);
   CheckOwnBiomes(config.nature(), Dotted(path, "nature"), findings);
   CheckBiomes(config.nature(), Dotted(path, "nature.biomes"), findings);
   CheckSequences(config, path, findings);

@@ -63,7 +63,8 @@ bool IsQuantity(const FieldDescriptor& field) {
 
 bool HasListForm(const google::protobuf::Descriptor& type) {
   return &type == v1::SoftSpan::descriptor() || &type == v1::GroundPatches::descriptor() ||
-         &type == v1::GroundRows::descriptor() || &type == v1::SizeSpan::descriptor();
+         &type == v1::GroundRows::descriptor() || &type == v1::SizeSpan::descriptor() ||
+         &type == v1::CountSpan::descriptor() || &type == v1::GapSpan::descriptor();
 }
 
 std::vector<std::string> EnumTexts(const FieldDescriptor& field) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/edit_distance.h"
+#include "common/config/catalogue_names.h"
 #include "common/config/check/checks.h"
 #include "common/config/check/field_rules.h"
 #include "common/config/check/limits.h"
@@ -59,12 +60,15 @@ void YamlReader::MergeFields(const YAML::Node& node, Message* message, const std
       TakeSensorPreset(preset.Scalar(), sensor);
     }
   }
-  auto* const nature = dynamic_cast<v1::NatureConfig*>(message);
-  const bool own = nature != nullptr && node.IsMap() && ReadOwnBiomes(node, path, *nature);
+  const OwnFiles* const own = node.IsMap() ? OwnFiles::Of(type) : nullptr;
+  const bool has_files = own != nullptr && ReadOwnFiles(node, path, *own, *message);
+  if (auto* nature = dynamic_cast<v1::NatureConfig*>(message); nature != nullptr && node.IsMap()) {
+    ReadOwnWeights(node, path, *nature);
+  }
   const bool weights = &type == v1::BiomeWeights::descriptor();
   for (const auto& [name, value] : Entries(node, path)) {
     if (errors().enough()) return;
-    if (own && name == "own_biomes") continue;
+    if (has_files && name == own->content) continue;
     if (const FieldDescriptor* field = FindKey(type, name)) {
       Set(value, Dotted(path, name), *field, message);
       continue;
@@ -80,7 +84,9 @@ void YamlReader::MergeFields(const YAML::Node& node, Message* message, const std
       CheckMeant(value, path, meant, *message);
     }
   }
-  if (nature != nullptr) nature->clear_biome_files();  // They are own_biomes now.
+  if (own != nullptr) {  // Files are their content now.
+    message->GetReflection()->ClearField(message, type.FindFieldByName(own->files));
+  }
   // Entries reports a list of maps; the fields in it are checked nevertheless.
   for (size_t i = 0; node.IsSequence() && i < node.size() && !errors().enough(); ++i) {
     if (node[i].IsMap()) MergeFields(node[i], message, path);
@@ -253,12 +259,14 @@ void YamlReader::SetList(const YAML::Node& node, const std::string& path,
     Error(node, path, Seen(node) + ", allowed is a list of " + (numbers ? "numbers" : "texts"));
     return;
   }
+  const std::vector<std::string> known =
+      rule.names() == v1::FieldRule::NAMES_ROOM_KIND
+          ? RoomKindNames()
+          : std::vector<std::string>(rule.allowed().begin(), rule.allowed().end());
   if (static_cast<int>(node.size()) < rule.min_items()) {
     Error(node, path,
           fmt::format("an empty list, allowed is at least {}{}", rule.min_items(),
-                      rule.allowed_size() > 0
-                          ? " of " + JoinNames({rule.allowed().begin(), rule.allowed().end()})
-                          : ""));
+                      known.empty() ? "" : " of " + JoinNames(known)));
     return;
   }
   const Reflection& reflection = *message->GetReflection();

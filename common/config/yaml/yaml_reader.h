@@ -18,6 +18,16 @@ namespace parallax::config_internal {
 // Returns whether a map of weights gives any a number above 0. Then it names all that are wanted.
 bool NamesAny(const YAML::Node& weights);
 
+// A group of a config that may name files of the user's own, whose content takes their place.
+struct OwnFiles {
+  std::string files, content;  // Fields: the list of files, and that of messages they become.
+  std::string folder;          // Built-in files of the kind.
+  std::string part;            // Field of such a message that a file fills; empty: the whole.
+
+  // Returns null for a group that names none.
+  static const OwnFiles* Of(const google::protobuf::Descriptor& type);
+};
+
 // Fills messages from the tree of one file, and notes where their values stand. Not thread-safe.
 class YamlReader : public YamlValues {
  public:
@@ -59,11 +69,14 @@ class YamlReader : public YamlValues {
   void SetTextsAndMaps(const YAML::Node& node, const std::string& path,
                        const google::protobuf::FieldDescriptor& texts,
                        google::protobuf::Message* message);
-  // Reads the files that `node`, the `nature` of a config, names in biome_files, and the weights
-  // that its `biomes` gives to the user's lands. Returns whether there were such files, whose
-  // content is not overwritten by an empty list of own_biomes.
-  bool ReadOwnBiomes(const YAML::Node& node, const std::string& path, v1::NatureConfig& nature);
-  void ReadBiomeFiles(const YAML::Node& files, const std::string& path, v1::NatureConfig& nature);
+  // Reads the files that `node` lists into `group`. Returns whether there were such files, whose
+  // content is not overwritten by an empty list of it.
+  bool ReadOwnFiles(const YAML::Node& node, const std::string& path, const OwnFiles& own,
+                    google::protobuf::Message& group);
+  void ReadFiles(const YAML::Node& files, const std::string& path, const OwnFiles& own,
+                 google::protobuf::Message& group);
+  // Reads the weights that the `biomes` of `node`, a config's `nature`, give to the user's lands.
+  void ReadOwnWeights(const YAML::Node& node, const std::string& path, v1::NatureConfig& nature);
   void SetQuantity(const YAML::Node& node, const std::string& path, const v1::FieldRule& rule,
                    v1::Quantity& quantity);
   // Sets the fields of a message that has a list form, in their order.

@@ -5,18 +5,16 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <thread>
 
 #include "common/base/edit_distance.h"
 #include "common/base/status.h"
-#include "coordinator/client/interrupt.h"
+#include "coordinator/client/cancellable.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
 #include "worker/catalogue/figures.h"
@@ -228,32 +226,23 @@ absl::Status OpenSheetFolder(const std::string& dir) {
 
 absl::StatusOr<ExitCode> DrawSheets(const CatalogueOptions& options, Session& session) {
   RETURN_IF_ERROR(OpenSheetFolder(options.sheet.dir));
-  InterruptScope interrupt;
-  CancelToken cancel;
-  std::atomic<bool> ended = false;
-  std::thread watch([&] {
-    while (!ended) {
-      if (interrupt.WaitFor(std::chrono::milliseconds(200))) cancel.Cancel();
-    }
-  });
+  const CancellableScope interrupt;
   const auto progress = [&](double fraction, const std::string& name) {
     if (!session.err().interactive) return;
     *session.err().stream << "\r\033[K" << fmt::format("{:3.0f} % ", 100 * fraction) << name
                           << (fraction < 1 ? "" : "\r\033[K") << std::flush;
   };
-  const absl::StatusOr<SheetResult> result = WriteCatalogueSheets(options.sheet, cancel, progress);
-  ended = true;
-  watch.join();
-  if (!result.ok()) return result.status();
+  ASSIGN_OR_RETURN(const SheetResult result,
+                   WriteCatalogueSheets(options.sheet, interrupt.token(), progress));
   if (session.options.json) {
-    session.PrintJson({{"files", result->files},
-                       {"classes", result->classes},
-                       {"materials", result->materials},
+    session.PrintJson({{"files", result.files},
+                       {"classes", result.classes},
+                       {"materials", result.materials},
                        {"seeds_per_class", 6},
                        {"cell_px", options.sheet.cell_px}});
     return kExitOk;
   }
-  for (const std::string& file : result->files) *session.out().stream << file << "\n";
+  for (const std::string& file : result.files) *session.out().stream << file << "\n";
   return kExitOk;
 }
 

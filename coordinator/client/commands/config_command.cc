@@ -3,7 +3,6 @@
 #include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
-#include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -12,7 +11,6 @@
 #include "common/base/status.h"
 #include "common/config/camera_text.h"
 #include "common/config/config.h"
-#include "common/config/land_files.h"
 #include "coordinator/client/command.h"
 #include "coordinator/client/content/machine_check.h"
 #include "coordinator/client/content/own_folders.h"
@@ -114,69 +112,6 @@ absl::StatusOr<ExitCode> Show(const ConfigOptions& options, Session& session) {
     return Internal("{}: can't be written as JSON", options.file);
   }
   *session.out().stream << text;
-  return kExitOk;
-}
-
-// The parts of the ground that a rule asks for: "slope, patches".
-std::string PartsOf(const v1::GroundPart& part) {
-  std::vector<const google::protobuf::FieldDescriptor*> fields;
-  part.GetReflection()->ListFields(part, &fields);
-  std::vector<std::string> names;
-  for (const auto* field : fields) names.push_back(field->name());
-  return names.empty() ? "everywhere" : fmt::format("{}", fmt::join(names, ", "));
-}
-
-// "spring, summer, 60 % of scenes"
-std::string ConditionsOf(const v1::BiomeLayer& layer) {
-  std::vector<std::string> words(layer.when().season().begin(), layer.when().season().end());
-  words.insert(words.end(), layer.when().land().begin(), layer.when().land().end());
-  words.insert(words.end(), layer.when().chosen().begin(), layer.when().chosen().end());
-  if (layer.has_chance()) words.push_back(fmt::format("{:.0f} % of scenes", 100 * layer.chance()));
-  return fmt::format("{}", fmt::join(words, ", "));
-}
-
-std::string QuantityText(const v1::Quantity& quantity) {
-  // The text of a message with it alone: "times: {uniform: [0, 1]}".
-  v1::BiomeLayer only;
-  *only.mutable_times() = quantity;
-  const std::string text = MessageToYaml(only);
-  const size_t begin = text.find("times: ") + std::strlen("times: ");
-  return text.substr(begin, text.find('\n', begin) - begin);
-}
-
-// Prints what a land's file was understood as: its ground, and what is scattered on it.
-absl::StatusOr<ExitCode> ShowBiome(const std::string& file, Session& session) {
-  ASSIGN_OR_RETURN(const v1::Biome biome, LoadBiome(file));
-  if (session.options.json) {
-    google::protobuf::util::JsonPrintOptions json;
-    json.preserve_proto_field_names = true;
-    std::string text;
-    if (!google::protobuf::util::MessageToJsonString(biome, &text, json).ok()) {
-      return Internal("{}: can't be written as JSON", file);
-    }
-    *session.out().stream << text << "\n";
-    return kExitOk;
-  }
-  std::ostream& out = *session.out().stream;
-  out << file << ": " << session.out().Paint(Tone::kGood, "ok") << ", land " << biome.name()
-      << " on the landform " << biome.landform() << ", traced for "
-      << (biome.has_trace_times() ? biome.trace_times() : 1) << " times as long as rooms\n";
-  Table ground({{"ground"}, {"where"}, {"when"}});
-  for (const v1::BiomeGround& rule : biome.ground()) {
-    v1::BiomeLayer conditions;
-    *conditions.mutable_when() = rule.when();
-    ground.AddRow({rule.material(), PartsOf(rule.where()), ConditionsOf(conditions)});
-  }
-  ground.Print(session.out(), 2);
-  Table layers({{"layer"}, {"class"}, {"a m2", Align::kRight}, {"where"}, {"when"}});
-  for (const v1::BiomeLayer& layer : biome.layers()) {
-    const bool trees = !layer.has_class_();
-    const std::string kind = layer.has_trees() ? layer.trees() : "young " + layer.saplings();
-    layers.AddRow({layer.has_name() ? layer.name() : kind, trees ? kind : layer.class_(),
-                   trees ? "" : QuantityText(layer.per_m2()), PartsOf(layer.where()),
-                   ConditionsOf(layer)});
-  }
-  layers.Print(session.out(), 2);
   return kExitOk;
 }
 
@@ -353,15 +288,7 @@ void RegisterConfig(Registry& registry) {
       {ContentKind::kHdris, "hdris",
        "Check a folder of .hdr and .exr surroundings; its content hash", "lighting.hdris_sha256"}};
   for (const ContentCommand& content : contents) AddContentCommand(registry, *config, content);
-  auto biome_file = std::make_shared<std::string>();
-  CLI::App* biome = registry.AddCommand(
-      *config, "biome", "What a land's file says, or what is wrong with it, by line",
-      "Examples:\n  parallax config biome my_heath.yaml\n  parallax config biome forest\n");
-  biome->add_option("FILE", *biome_file, "A land's file, or the name of a built-in one")
-      ->required();
-  registry.AddJsonOption(biome);
-  registry.SetAction(biome,
-                     [biome_file](Session& session) { return ShowBiome(*biome_file, session); });
+  RegisterOwnFiles(registry, *config);
   auto camera_options = std::make_shared<CameraOptions>();
   CLI::App* camera = registry.AddCommand(
       *config, "camera", "What a calibration file or a preset says, as a study's `rigs`",

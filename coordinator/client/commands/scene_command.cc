@@ -57,17 +57,7 @@ absl::StatusOr<ExitCode> Show(const SceneOptions& options, Session& session) {
     *session.out().stream << text;
     return kExitOk;
   }
-  ASSIGN_OR_RETURN(const SceneType* type, TypeOf(scene));
-  absl::StatusOr<std::map<uint32_t, Extent>> extents = ExtentsOf(scene);
-  if (!extents.ok()) {
-    session.PrintNote("no plan and sizes: " + FirstLine(ToStd(extents.status().message())));
-    extents = std::map<uint32_t, Extent>();
-  }
-  SceneDescription description = type->describe(scene);
-  if (type->map) {
-    for (std::string& line : type->map(scene)) description.lines.push_back(std::move(line));
-  }
-  PrintScene(session.out(), scene, description, *extents);
+  RETURN_IF_ERROR(PrintRecipe(scene, session));
   return kExitOk;
 }
 
@@ -108,6 +98,21 @@ void AddSource(CLI::App* command, SceneOptions& options) {
 }
 
 }  // namespace
+
+absl::Status PrintRecipe(const v1::Scene& scene, Session& session) {
+  ASSIGN_OR_RETURN(const SceneType* type, TypeOf(scene));
+  absl::StatusOr<std::map<uint32_t, Extent>> extents = ExtentsOf(scene);
+  if (!extents.ok()) {
+    session.PrintNote("no plan and sizes: " + FirstLine(ToStd(extents.status().message())));
+    extents = std::map<uint32_t, Extent>();
+  }
+  SceneDescription description = type->describe(scene);
+  if (type->map) {
+    for (std::string& line : type->map(scene)) description.lines.push_back(std::move(line));
+  }
+  PrintScene(session.out(), scene, description, *extents);
+  return absl::OkStatus();
+}
 
 void RegisterScene(Registry& registry) {
   CLI::App* scene =

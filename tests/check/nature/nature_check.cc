@@ -14,7 +14,7 @@
 
 #include "common/base/status.h"
 #include "common/config/config.h"
-#include "common/config/land_files.h"
+#include "common/config/files/land_files.h"
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
 #include "common/math/stereo.h"

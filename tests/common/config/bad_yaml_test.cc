@@ -127,8 +127,8 @@ TEST(SceneConfigYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
        "f.yaml:1: materials.mode: 4 is not known (allowed: all, none, one_diffuse, metal_glass)"},
       {"materials: {mode: unspecified}", "f.yaml:1: materials.mode: unspecified is not known ..."},
       {"room: {kinds: [office, garage]}",
-       "f.yaml:1: room.kinds[1]: \"garage\" is not known (allowed: living_room, dining_room, "
-       "bedroom, office, kitchen, bathroom, closet, hallway)"},
+       "f.yaml:1: room.kinds[1]: \"garage\" is not known (allowed: bathroom, bedroom, closet, "
+       "dining_room, hallway, kitchen, living_room, office)"},
       {"room: {kinds: []}", "f.yaml:1: room.kinds: an empty list, allowed is at least 1 of ..."},
       {"render: {profile: hihg}",
        "f.yaml:1: render.profile: \"hihg\" is not known, did you mean "

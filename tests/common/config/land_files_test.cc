@@ -1,5 +1,5 @@
 // Lands as files: what is refused and how, formulas, and how a config takes those of the user.
-#include "common/config/land_files.h"
+#include "common/config/files/land_files.h"
 
 #include <gmock/gmock.h>
 #include <google/protobuf/util/message_differencer.h>

@@ -11,7 +11,7 @@
 
 #include "common/base/rng.h"
 #include "common/config/config.h"
-#include "common/config/land_files.h"
+#include "common/config/files/land_files.h"
 #include "tests/folder_test.h"
 #include "worker/scene/solve_scene.h"
 #include "worker/scene/types/nature/nature.h"

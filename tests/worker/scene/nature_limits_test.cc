@@ -10,7 +10,7 @@
 
 #include "common/base/rng.h"
 #include "common/config/config.h"
-#include "common/config/land_files.h"
+#include "common/config/files/land_files.h"
 #include "common/math/stereo.h"
 #include "tests/worker/scene/small_land.h"
 #include "worker/scene/dress.h"

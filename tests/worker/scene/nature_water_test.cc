@@ -10,7 +10,7 @@
 #include <string>
 
 #include "common/config/config.h"
-#include "common/config/land_files.h"
+#include "common/config/files/land_files.h"
 #include "common/math/stereo.h"
 #include "worker/geometry/ray_scene.h"
 #include "worker/scene/build_geometry.h"

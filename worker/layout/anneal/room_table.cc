@@ -1,32 +1,95 @@
 #include "worker/layout/anneal/room_table.h"
 
-namespace parallax {
+#include <algorithm>
+#include <iterator>
 
-std::string_view NameOf(Stand stand) {
-  switch (stand) {
-    case Stand::kBackToWall:
-      return "against_wall";
-    case Stand::kCorner:
-      return "in_corner";
-    case Stand::kFree:
-      return "on_floor";
-    case Stand::kAround:
-      return "around";
-    case Stand::kInFront:
-      return "in_front_of";
-    case Stand::kBeside:
-      return "beside";
-    case Stand::kUnder:
-      return "under";
-    case Stand::kOnTop:
-      return "on_top_of";
-    case Stand::kOnWall:
-      return "on_wall";
-    case Stand::kCeiling:
-      return "on_ceiling";
-  }
-  return "";
+#include "common/config/files/room_files.h"
+
+namespace parallax {
+namespace {
+
+constexpr std::string_view kStands[] = {"against_wall", "in_corner", "on_floor", "around",
+                                        "in_front_of",  "beside",    "under",    "on_top_of",
+                                        "on_wall",      "on_ceiling"};
+constexpr std::string_view kSpreads[] = {"scatter", "centre", "settings", "line", "soft"};
+
+// Returns the value of the enum whose values have these names, in order.
+template <typename Enum>
+Enum ValueOf(const auto& names, std::string_view name) {
+  return static_cast<Enum>(std::find(std::begin(names), std::end(names), name) - std::begin(names));
 }
+
+std::vector<std::string> Texts(const google::protobuf::RepeatedPtrField<std::string>& texts) {
+  return {texts.begin(), texts.end()};
+}
+
+RoomRow RowOf(const v1::RoomFurniture& row) {
+  RoomRow made;
+  made.group = row.group();
+  made.classes = Texts(row.classes());
+  if (row.has_count()) made.least = row.count().low(), made.most = row.count().high();
+  if (row.has_stand()) made.stand = ValueOf<Stand>(kStands, row.stand());
+  made.anchor = row.anchor();
+  made.near_m = row.gap_m().near();
+  made.far_m = row.gap_m().far();
+  made.faces_anchor = row.faces_anchor();
+  made.looks_at = row.looks_at();
+  for (const std::string& stand : row.or_stand()) {
+    made.or_stand.push_back(ValueOf<Stand>(kStands, stand));
+  }
+  made.snug = row.snug();
+  made.one_model = row.one_model();
+  made.headroom_m = row.headroom_m();
+  if (row.has_highest_m()) made.highest_m = row.highest_m();
+  made.rows_m = row.rows_m();
+  if (row.has_weight()) made.weight = row.weight();
+  return made;
+}
+
+SmallRow RowOf(const v1::RoomThings& row) {
+  SmallRow made{.bearer = row.on(), .classes = Texts(row.classes())};
+  if (row.has_count()) made.least = row.count().low(), made.most = row.count().high();
+  if (row.has_spread()) made.spread = ValueOf<Spread>(kSpreads, row.spread());
+  return made;
+}
+
+using MakeWish = Wish (*)(const v1::RoomWish& wish);
+constexpr std::pair<std::string_view, MakeWish> kWishes[] = {
+    {"facing", [](const v1::RoomWish& w) { return Facing(w.group(), w.target()); }},
+    {"distance",
+     [](const v1::RoomWish& w) {
+       return Distance(w.group(), w.target(), w.range().near(), w.range().far());
+     }},
+    {"away_from",
+     [](const v1::RoomWish& w) { return AwayFrom(w.group(), w.target(), w.range().near()); }},
+    {"away_from_doors",
+     [](const v1::RoomWish& w) { return AwayFromDoors(w.group(), w.range().near()); }},
+    {"in_view", [](const v1::RoomWish& w) { return InView(w.group(), w.target()); }},
+    {"not_before_window", [](const v1::RoomWish& w) { return NotBeforeWindow(w.group()); }},
+    {"near_window", [](const v1::RoomWish& w) { return NearWindow(w.group()); }},
+    {"same_wall", [](const v1::RoomWish& w) { return SameWall(w.group(), w.target()); }},
+    {"sides_free", [](const v1::RoomWish& w) { return SidesFree(w.group()); }},
+    {"space_around",
+     [](const v1::RoomWish& w) {
+       return SpaceAround(w.group(), w.range().near(), w.range().far());
+     }},
+    {"evenly_around", [](const v1::RoomWish& w) { return EvenlyAround(w.group()); }},
+    {"symmetric", [](const v1::RoomWish& w) { return Symmetric(w.group()); }},
+    {"central", [](const v1::RoomWish& w) { return Central(w.group()); }},
+    {"apart", [](const v1::RoomWish& w) { return Apart(w.group(), w.range().near()); }},
+    {"floor_share",
+     [](const v1::RoomWish& w) { return FloorShare(w.range().near(), w.range().far()); }},
+};
+
+Wish WishOf(const v1::RoomWish& wish) {
+  const auto* made = std::find_if(std::begin(kWishes), std::end(kWishes),
+                                  [&](const auto& row) { return row.first == wish.wish(); });
+  return made->second(wish).Weight(wish.has_weight() ? wish.weight() : 1);
+}
+
+}  // namespace
+
+std::string_view NameOf(Stand stand) { return kStands[static_cast<size_t>(stand)]; }
 
 std::vector<Wish> HouseholdWishes(const RoomTable& table) {
   std::vector<Wish> wishes = {
@@ -51,11 +114,21 @@ std::vector<Wish> HouseholdWishes(const RoomTable& table) {
   return wishes;
 }
 
+RoomTable TableOf(const v1::RoomKind& kind) {
+  RoomTable table{.kind = kind.name()};
+  for (const v1::RoomFurniture& row : kind.furniture()) table.rows.push_back(RowOf(row));
+  for (const v1::RoomThings& row : kind.things()) table.small.push_back(RowOf(row));
+  for (const v1::RoomWish& wish : kind.wishes()) table.wishes.push_back(WishOf(wish));
+  return table;
+}
+
 const std::vector<RoomTable>& RoomTables() {
-  static const auto* tables = new std::vector<RoomTable>{
-      LivingRoomTable(), DiningRoomTable(), BedroomTable(), OfficeTable(), KitchenTable(),
-      BathroomTable(),   ClosetTable(),     HallwayTable(), StairsTable()};
-  return *tables;
+  static const auto& tables = *[] {
+    auto* made = new std::vector<RoomTable>();
+    for (const v1::RoomKind& kind : BuiltinRoomKinds()) made->push_back(TableOf(kind));
+    return made;
+  }();
+  return tables;
 }
 
 const RoomTable* FindRoomTable(std::string_view kind) {
@@ -65,12 +138,13 @@ const RoomTable* FindRoomTable(std::string_view kind) {
   return nullptr;
 }
 
-const RoomTable& TableOf(const v1::Room& room) {
-  if (!room.hall()) return *FindRoomTable(room.kind());
-  for (const RoomTable& table : HallTables()) {
-    if (table.kind == room.kind()) return table;
+RoomTable TableOf(const v1::Room& room, const v1::RoomConfig& config) {
+  for (const v1::RoomKind& own : config.own_kinds()) {
+    if (own.name() == room.own_kind()) return TableOf(own);
   }
-  return HallTables().front();
+  if (!room.hall()) return *FindRoomTable(room.kind());
+  const RoomTable* const hall = FindRoomTable(room.kind() + "_hall");
+  return hall != nullptr ? *hall : *FindRoomTable("living_room_hall");
 }
 
 }  // namespace parallax

@@ -1,5 +1,5 @@
-// The furniture of each kind of room and how it stands: plain tables, one file a kind in
-// worker/layout/rooms.
+// The furniture of each kind of room and how it stands, made of the files of common/config
+// (room_files.h).
 //
 // Rows are groups of furniture: their classes, number, and spatial relation. A row names the asset
 // classes that can fill it; classes that the catalogue lacks or a config excludes are skipped, and
@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "parallax/v1/config.pb.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/layout/anneal/wish.h"
 
@@ -33,7 +34,7 @@ enum class Stand {
 // Returns the relation's name in recipes: "against_wall".
 std::string_view NameOf(Stand stand);
 
-// One group of furniture. The methods below set the fields, so that tables read like sentences.
+// One group of furniture (v1::RoomFurniture).
 struct RoomRow {
   std::string group;
   std::vector<std::string> classes;  // A class named more often comes more often.
@@ -51,50 +52,7 @@ struct RoomRow {
   double highest_m = 10;                   // Models that are taller are passed over.
   double rows_m = 0;                       // kFree: side by side in rows this far apart; 0: anyhow.
   double weight = 1;                       // Loss for each one that is missing.
-
-  // Setters for the tables.
-  RoomRow Count(int low, int high) { return least = low, most = high, *this; }
-  RoomRow BackToWall() { return By(Stand::kBackToWall); }
-  RoomRow Corner() { return By(Stand::kCorner); }
-  RoomRow SnugCorner() { return snug = true, By(Stand::kCorner); }
-  RoomRow Free() { return By(Stand::kFree); }
-  RoomRow Around(std::string of, double near, double far) {
-    return By(Stand::kAround, std::move(of), near, far);
-  }
-  RoomRow InFront(std::string of, double near, double far) {
-    return By(Stand::kInFront, std::move(of), near, far);
-  }
-  RoomRow Beside(std::string of, double near, double far) {
-    return By(Stand::kBeside, std::move(of), near, far);
-  }
-  RoomRow Under(std::string of) { return By(Stand::kUnder, std::move(of)); }
-  RoomRow OnTop(std::string of) { return By(Stand::kOnTop, std::move(of)); }
-  RoomRow OnWall(std::string above = "") { return By(Stand::kOnWall, std::move(above)); }
-  RoomRow Ceiling() { return By(Stand::kCeiling); }
-  // Lets the annealing choose between the relation named first and this one.
-  RoomRow Or(Stand other) { return or_stand.push_back(other), *this; }
-  RoomRow HungAt(double low, double high) { return hang_low_m = low, hang_high_m = high, *this; }
-  RoomRow FacingIt() { return faces_anchor = true, *this; }
-  RoomRow LooksAt(std::string target) { return looks_at = std::move(target), *this; }
-  RoomRow OneModel() { return one_model = true, *this; }
-  RoomRow Headroom(double above_m) { return headroom_m = above_m, *this; }
-  RoomRow Below(double height_m) { return highest_m = height_m, *this; }
-  RoomRow InRows(double apart_m) { return rows_m = apart_m, *this; }
-  RoomRow Weight(double loss) { return weight = loss, *this; }
-
- private:
-  RoomRow By(Stand how, std::string of = "", double near = 0, double far = 0) {
-    return stand = how, anchor = std::move(of), near_m = near, far_m = far, *this;
-  }
 };
-
-// Begins a row: its group and the classes that can fill it.
-inline RoomRow Row(std::string group, std::vector<std::string> classes) {
-  RoomRow row;
-  row.group = std::move(group);
-  row.classes = std::move(classes);
-  return row;
-}
 
 // How small things are distributed on a surface.
 enum class Spread {
@@ -125,24 +83,14 @@ struct RoomTable {
 // stands in heaps.
 std::vector<Wish> HouseholdWishes(const RoomTable& table);
 
-// Returns the tables, one a kind of room.
-RoomTable LivingRoomTable();
-RoomTable DiningRoomTable();
-RoomTable BedroomTable();
-RoomTable OfficeTable();
-RoomTable KitchenTable();
-RoomTable BathroomTable();
-RoomTable ClosetTable();
-RoomTable HallwayTable();
-RoomTable StairsTable();
-
-// Returns every table in a fixed order.
+// Returns the table of a kind; without wishes that the file does not have.
+RoomTable TableOf(const v1::RoomKind& kind);
+// Returns every built-in table, in order of name; those of halls are called "..._hall".
 const std::vector<RoomTable>& RoomTables();
-// Returns the tables of halls, by the kind of room. Other kinds take that of the living room.
-const std::vector<RoomTable>& HallTables();
-// Returns the table of a kind of room; nullptr for an unknown kind.
+// Returns the table of a built-in kind of room; nullptr for an unknown kind.
 const RoomTable* FindRoomTable(std::string_view kind);
-// Returns the table of a room of a known kind, hall or not.
-const RoomTable& TableOf(const v1::Room& room);
+// Returns the table of a room: one of the config's own, or a built-in one, of a hall where it is
+// one. Kinds without a hall take that of the living room.
+RoomTable TableOf(const v1::Room& room, const v1::RoomConfig& config);
 
 }  // namespace parallax

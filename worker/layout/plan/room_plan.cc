@@ -155,13 +155,17 @@ absl::StatusOr<v1::Room> DrawMainRoom(const v1::RoomConfig& config, SceneSeed se
   const Rng root(seed, "layout/room");
   v1::Room room;
   if (config.kinds().empty()) return InvalidArgument("room.kinds is empty");
-  for (const std::string& kind : config.kinds()) {
-    if (FindRoomTable(kind) == nullptr) {
-      return InvalidArgument("room.kinds: unknown kind \"{}\"", kind);
-    }
+  const std::string kind = root.Child("kind").Pick(config.kinds());
+  room.set_kind(kind);
+  for (const v1::RoomKind& own : config.own_kinds()) {
+    if (own.name() != kind) continue;
+    room.set_own_kind(kind);
+    room.set_kind(own.has_like() ? own.like() : "living_room");
   }
-  room.set_kind(root.Child("kind").Pick(config.kinds()));
-  room.set_name(room.kind() + "_0");
+  if (FindRoomTable(room.kind()) == nullptr) {
+    return InvalidArgument("room.kinds: unknown kind \"{}\"", kind);
+  }
+  room.set_name(kind + "_0");
   room.set_width_m(Draw(config.width_m(), root.Child("width").Uniform()));
   room.set_depth_m(Draw(config.depth_m(), root.Child("depth").Uniform()));
   room.set_height_m(Draw(config.height_m(), root.Child("height").Uniform()));

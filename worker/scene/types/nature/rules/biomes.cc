@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/config/land_files.h"
+#include "common/config/files/land_files.h"
 
 namespace parallax {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/config/land_files.h"
+#include "common/config/files/land_files.h"
 #include "worker/scene/types/nature/rules/biomes.h"
 #include "worker/scene/types/nature/rules/recipe.h"
 #include "worker/terrain/landforms.h"

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "common/config/config.h"
-#include "common/config/land_files.h"
+#include "common/config/files/land_files.h"
 #include "worker/scene/types/nature/rules/biomes.h"
 #include "worker/scene/types/nature/rules/recipe.h"
 

@@ -1,4 +1,4 @@
-#include "common/config/land_files.h"
+#include "common/config/files/land_files.h"
 
 #include <cctype>
 #include <charconv>
@@ -7,7 +7,7 @@
 
 #include "common/config/check/biome_check.h"
 #include "common/config/config_text.h"
-#include "common/config/yaml/biome_reader.h"
+#include "common/config/yaml/named_files.h"
 
 namespace parallax {
 
@@ -123,7 +123,8 @@ absl::StatusOr<double> ValueOfFormula(
 absl::StatusOr<v1::Biome> ParseBiome(std::string_view yaml, const std::string& file_name) {
   ConfigErrors errors;
   Origins origins;
-  v1::Biome biome = config_internal::ReadBiome({file_name, std::string(yaml)}, errors, origins);
+  v1::Biome biome;
+  config_internal::ReadNamed({file_name, std::string(yaml)}, errors, origins, &biome);
   Findings findings;
   config_internal::CheckFields(biome, "", &findings);
   if (findings.empty()) config_internal::CheckBiome(biome, "", &findings);

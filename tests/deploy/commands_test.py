@@ -6,8 +6,8 @@ fences in order; the pairs of one page serve the next. The first line of a fence
 
   ```            or ```sh: commands, run by bash; lines that start a coordinator or a worker go to the background
   ```python      run by this Python
-  ```yaml        a study or a land, which `parallax config check` or `biome` must accept; file=NAME writes it as NAME before all commands;
-                 fragments that are no study are not tried
+  ```yaml        a study, a land or a kind of room, which `parallax config check`, `biome` or `room` must accept; file=NAME
+                 writes it as NAME before all commands; fragments that are no study are not tried
   ```text        no command; other languages too are only allowed if NO_COMMANDS has them
   needs=WORD     the fence needs more than Parallax: NEEDS says what. It is skipped, visibly, unless --has names it
   after=PAGE     the page goes on in the folder of another page
@@ -163,8 +163,9 @@ class Page:
 
     def run(self, fence):
         if fence.language == "yaml":
-            land = fence.text.startswith("landform:")
-            script = f"parallax config {'biome' if land else 'check'} {self.write(fence)}"
+            found = re.search(r"^(landform|furniture):", fence.text, re.MULTILINE)
+            command = {"landform": "biome", "furniture": "room"}[found[1]] if found else "check"
+            script = f"parallax config {command} {self.write(fence)}"
         elif fence.language == "python":
             (self.folder / "fence.py").write_text(fence.text)
             script = f"'{sys.executable}' fence.py"

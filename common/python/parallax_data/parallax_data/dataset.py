@@ -5,7 +5,7 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Dict, Iterable, List, Optional, Sequence, Union
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Union
 
 import numpy as np
 
@@ -16,6 +16,8 @@ HELDOUT = "heldout"  # The variant of evaluate.heldout_pairs, which no network m
 TEST_EVERY = 20  # As `parallax export` splits: every so-many-th scene, one at least.
 
 
+MAPS = ("depth", "normals", "occluded", "masks", "objects", "materials", "layers", "flow", "infrared", "raw_image",
+        "raw_flow", "raw_occluded")  # What Pair.maps may have: methods of Frame.
 FLOW_NONE = 128  # In flow_occlusion_*.png: no flow.
 
 
@@ -196,6 +198,14 @@ class Pair:
     disparity: np.ndarray  # float32 (height, width), of the left view
     valid: np.ndarray      # bool (height, width)
     frame: Frame
+    maps: Dict[str, Any] = field(default_factory=dict)  # Those that were asked for, of the left view, by name.
+
+    def __repr__(self) -> str:
+        height, width = self.disparity.shape
+        seen = self.disparity[self.valid]
+        pixels = f"disparity {seen.min():.1f} to {seen.max():.1f} px" if seen.size else "no valid pixel"
+        maps = f", {', '.join(self.maps)}" if self.maps else ""
+        return f"Pair({self.frame.key}, {width}x{height}, {pixels}, {100 * self.valid.mean():.0f} % valid{maps})"
 
 
 def _variant_dirs(root: Path) -> List[Path]:
@@ -215,6 +225,17 @@ def _read_variant(directory: Path) -> Iterable[Frame]:
                 raise ValueError(f"{directory / 'index.jsonl'}:{number}: not a line of an index ({error!r})") from None
 
 
+def _test_scenes(frames: Sequence[Frame]) -> set:
+    # By number over all variants: one number is one room.
+    scenes = sorted({frame.scene for frame in frames})
+    test = {scene for scene in scenes if scene % TEST_EVERY == TEST_EVERY - 1}
+    if len(scenes) > 1:
+        test = test or {scenes[-1]}
+        if len(test) == len(scenes):
+            test.discard(scenes[0])
+    return test
+
+
 class ParallaxDataset:
     """Pairs of an archive, of some of its variants, or of several archives, in order.
 
@@ -225,48 +246,66 @@ class ParallaxDataset:
     split     "train", "test" (every 20th scene, at least one; whole scenes) or "all"
     max_disparity  pixels beyond it are not valid (training code takes 192 to 1000)
     pictures  "color", or "infrared": a pair's left and right are the infrared pictures
+    maps      what Pair.maps has beside: names of Frame's methods ("normals", "depth", "occluded", "objects", "masks",
+              "layers", "flow", "infrared"...), each as the method returns it for the left eye
+    transform transform(pair) gives what indexing and iterating return: see parallax_data.augment for training's
     """
 
     def __init__(self, roots: Union[str, os.PathLike, Sequence], variants: Optional[Sequence[str]] = None,
                  filtered: bool = True, split: str = "all", max_disparity: Optional[float] = None,
-                 pictures: str = "color"):
+                 pictures: str = "color", maps: Sequence[str] = (),
+                 transform: Optional[Callable[[Pair], Any]] = None):
         if pictures not in ("color", "infrared"):
             raise ValueError(f"pictures {pictures!r}: allowed are color and infrared")
         if split not in ("all", "train", "test"):
             raise ValueError(f"split {split!r}: allowed are all, train and test")
-        if isinstance(roots, (str, os.PathLike)):
-            roots = [roots]
+        unknown = [name for name in maps if name not in MAPS]
+        if unknown:
+            raise ValueError(f"maps {unknown[0]!r}: allowed are {', '.join(MAPS)}")
+        self.roots = [Path(root) for root in ([roots] if isinstance(roots, (str, os.PathLike)) else roots)]
+        self.variants, self.filtered, self.split = variants, filtered, split
         self.max_disparity = max_disparity
         self.pictures = pictures
+        self.maps = tuple(maps)
+        self.transform = transform
         self.frames: List[Frame] = []
+        self.refresh()
+
+    def refresh(self) -> int:
+        """Reads the folders again, as far as they are: `parallax run` writes their index anew as it goes on. Returns how
+        many pairs came since the last time."""
+        before = len(self.frames)
+        self.frames = self._read()
+        return len(self.frames) - before
+
+    def _read(self) -> List[Frame]:
+        frames: List[Frame] = []
         found = set()
-        for root in map(Path, roots):
+        for root in self.roots:
             directories = _variant_dirs(root)
             if not directories:
                 raise FileNotFoundError(f"{root}: no dataset (no index.jsonl in it or in its folders)")
             for directory in directories:
                 found.add(directory.name)
                 whole = directory.name != HELDOUT or directory == root
-                if whole if variants is None else directory.name in variants:
-                    self.frames += _read_variant(directory)
-        missing = set(variants or ()) - found
+                if whole if self.variants is None else directory.name in self.variants:
+                    frames += _read_variant(directory)
+        missing = set(self.variants or ()) - found
         if missing:
             raise ValueError(f"no variant {sorted(missing)[0]!r}; there are {', '.join(sorted(found))}")
-        if filtered:
-            self.frames = [frame for frame in self.frames if frame.passed]
-        if split != "all":
-            test = self._test_scenes()
-            self.frames = [frame for frame in self.frames if (frame.scene in test) == (split == "test")]
+        if self.filtered:
+            frames = [frame for frame in frames if frame.passed]
+        if self.split != "all":
+            test = _test_scenes(frames)
+            frames = [frame for frame in frames if (frame.scene in test) == (self.split == "test")]
+        return frames
 
-    def _test_scenes(self):
-        # By number over all variants: one number is one room.
-        scenes = sorted({frame.scene for frame in self.frames})
-        test = {scene for scene in scenes if scene % TEST_EVERY == TEST_EVERY - 1}
-        if len(scenes) > 1:
-            test = test or {scenes[-1]}
-            if len(test) == len(scenes):
-                test.discard(scenes[0])
-        return test
+    def __repr__(self) -> str:
+        variants = sorted({frame.variant for frame in self.frames})
+        scenes = len({(frame.variant, frame.scene) for frame in self.frames})
+        shown = ", ".join(variants[:4]) + (f" and {len(variants) - 4} more" if len(variants) > 4 else "")
+        return (f"ParallaxDataset({len(self)} pairs of {scenes} scenes, variants {shown or 'none'}"
+                f"{'' if self.split == 'all' else ', split ' + self.split}{'' if self.filtered else ', unfiltered'})")
 
     def sequences(self) -> List[List[Frame]]:
         """Frames that follow each other, of one scene, way and baseline. A frame that is missing or filtered out ends a
@@ -289,14 +328,16 @@ class ParallaxDataset:
     def __len__(self) -> int:
         return len(self.frames)
 
-    def __getitem__(self, index: int) -> Pair:
+    def __getitem__(self, index: int) -> Any:
         frame = self.frames[index]
         # Decoders let go of Python's lock. Threads of its own, because those of a pool don't survive a fork.
         with ThreadPoolExecutor(2) as pool:
             left, right = (pool.submit(frame.picture, eye, self.pictures) for eye in ("left", "right"))
             disparity = frame.disparity("left")
             valid = frame.valid("left", self.max_disparity, disparity)
-            return Pair(left.result(), right.result(), disparity, valid, frame)
+            maps = {name: getattr(frame, name)() for name in self.maps}
+            pair = Pair(left.result(), right.result(), disparity, valid, frame, maps)
+        return pair if self.transform is None else self.transform(pair)
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator:
         return (self[i] for i in range(len(self)))

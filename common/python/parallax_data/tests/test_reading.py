@@ -1,0 +1,103 @@
+"""Options of the reader: maps, transforms, folders that grow."""
+
+import shutil
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+from exports_case import ExportsCase
+from parallax_data import ParallaxDataset
+from parallax_data.augment import RaftAugment
+from parallax_data.rerun import points
+
+
+class Options(ExportsCase):
+    def test_maps_come_with_the_pair(self):
+        data = ParallaxDataset(self.root / "archive", maps=("normals", "depth", "occluded"))
+        pair = data[0]
+        self.assertEqual(set(pair.maps), {"normals", "depth", "occluded"})
+        np.testing.assert_array_equal(pair.maps["normals"], pair.frame.normals())
+        np.testing.assert_array_equal(pair.maps["occluded"], pair.frame.occluded())
+        with self.assertRaisesRegex(ValueError, "maps 'normal': allowed are depth, normals"):
+            ParallaxDataset(self.root / "archive", maps=["normal"])
+
+    def test_a_transform_makes_what_is_returned(self):
+        data = ParallaxDataset(self.root / "archive", transform=lambda pair: pair.disparity.max())
+        self.assertEqual(data[0], self.data[0].disparity.max())
+        self.assertEqual(len(list(data)), 9)
+
+    def test_reprs_say_what_is_there(self):
+        self.assertEqual(repr(self.data), "ParallaxDataset(9 pairs of 5 scenes, variants a)")
+        test = ParallaxDataset(self.root / "archive", split="test", filtered=False)
+        self.assertEqual(repr(test), f"ParallaxDataset({len(test)} pairs of 1 scenes, variants a, split test, unfiltered)")
+        self.assertRegex(repr(self.data[0]), r"^Pair\(a/000000/000, 96x54, disparity [\d.]+ to [\d.]+ px, \d+ % valid\)$")
+
+    def test_a_folder_that_grows_reads_as_far_as_it_is(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name) / "archive"
+            shutil.copytree(self.root / "archive", folder)
+            index = folder / "a" / "index.jsonl"
+            lines = index.read_text().splitlines(keepends=True)
+            index.write_text("".join(lines[:4]))
+            data = ParallaxDataset(folder, filtered=False)
+            self.assertEqual(len(data), 4)
+            self.assertEqual(data.refresh(), 0)
+            index.write_text("".join(lines))
+            self.assertEqual(data.refresh(), 6)
+            self.assertEqual(len(data), 10)
+
+    def test_points_lie_where_the_depth_says(self):
+        frame = self.data.frames[0]
+        where, colors = points(frame)
+        self.assertEqual(where.shape, (int((frame.valid() & (frame.depth() > 0)).sum()), 3))
+        self.assertEqual(colors.shape, where.shape)
+        pose = np.asarray(frame.camera()["world_from_left"], np.float64).reshape(-1, 4)
+        seen = (where - pose[:3, 3]) @ pose[:3, :3]
+        depth = frame.depth()[frame.valid() & (frame.depth() > 0)]
+        np.testing.assert_allclose(seen[:, 2], depth, rtol=1e-4)
+
+
+class Augmented(ExportsCase):
+    def test_disparity_goes_along_with_the_pictures(self):
+        # Colours stay, so that the right picture can be moved onto the left one.
+        augment = RaftAugment((40, 64), y_jitter=0, erase_p=0, seed=3)
+        augment._colors = lambda left, right: (left, right)
+        errors = []
+        for pair in ParallaxDataset(self.root / "archive", transform=augment):
+            self.assertEqual(pair.left.shape, (40, 64, 3))
+            self.assertEqual(pair.right.shape, (40, 64, 3))
+            self.assertEqual(pair.disparity.shape, (40, 64))
+            self.assertTrue((pair.disparity[pair.valid] > 0).all())
+            y, x = np.nonzero(pair.valid)
+            at = np.round(x - pair.disparity[y, x]).astype(int)
+            inside = at >= 0
+            errors.append(np.median(np.abs(pair.left[y, x][inside].astype(int) - pair.right[y, at][inside])))
+            wrong = np.clip(at - 9, 0, 63)
+            self.assertGreater(np.abs(pair.left[y, x][inside].astype(int) - pair.right[y, wrong][inside]).mean(),
+                               np.abs(pair.left[y, x][inside].astype(int) - pair.right[y, at][inside]).mean())
+        self.assertLess(np.median(errors), 14)
+
+    def test_scales_scale_the_disparity(self):
+        pair = self.data[0]
+        twice = RaftAugment((54, 96), scale=(1, 1), stretch=0, y_jitter=0, seed=1)(pair)
+        self.assertTrue(set(np.unique(twice.disparity)) <= set(np.unique(2 * pair.disparity)))
+
+    def test_a_seed_gives_the_same_pairs_and_another_does_not(self):
+        first, again, other = (RaftAugment((32, 48), seed=seed)(self.data[1]) for seed in (5, 5, 6))
+        np.testing.assert_array_equal(first.left, again.left)
+        np.testing.assert_array_equal(first.right, again.right)
+        self.assertFalse(np.array_equal(first.left, other.left))
+
+    def test_eyes_differ_in_colour_only_where_asked(self):
+        pair = self.data[0]
+        same = RaftAugment((54, 96), scale=(0, 0), stretch=0, y_jitter=0, asymmetric_p=0, erase_p=0, seed=2)
+        brightness = [np.mean(picture) for picture in (same(pair).left, same(pair).right)]
+        self.assertLess(abs(brightness[0] - brightness[1]), 60)
+        with self.assertRaisesRegex(ValueError, "size"):
+            RaftAugment((0, 10))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -2,7 +2,6 @@
 
 #include <cctype>
 #include <charconv>
-#include <stdexcept>
 #include <system_error>
 
 #include "common/config/check/biome_check.h"
@@ -11,11 +10,7 @@
 
 namespace parallax {
 
-using config_internal::BuiltinFile;
-using config_internal::ConfigErrors;
 using config_internal::ConfigText;
-using config_internal::Findings;
-using config_internal::Origins;
 
 namespace {
 
@@ -89,18 +84,6 @@ class Formula {
   size_t at_ = 0;
 };
 
-std::vector<v1::Biome> ReadBuiltins() {
-  std::vector<v1::Biome> biomes;
-  for (const std::string& name : config_internal::BuiltinNames("biomes/")) {
-    const BuiltinFile& file = *config_internal::FindBuiltin("biomes/" + name + ".yaml");
-    absl::StatusOr<v1::Biome> biome = ParseBiome(file.text, std::string(file.name));
-    // They are part of the program; a test reads them first.
-    if (!biome.ok()) throw std::logic_error(biome.status().ToString());
-    biomes.push_back(*std::move(biome));
-  }
-  return biomes;
-}
-
 }  // namespace
 
 std::vector<std::string> WordsOf(const std::string& text) {
@@ -121,16 +104,7 @@ absl::StatusOr<double> ValueOfFormula(
 }
 
 absl::StatusOr<v1::Biome> ParseBiome(std::string_view yaml, const std::string& file_name) {
-  ConfigErrors errors;
-  Origins origins;
-  v1::Biome biome;
-  config_internal::ReadNamed({file_name, std::string(yaml)}, errors, origins, &biome);
-  Findings findings;
-  config_internal::CheckFields(biome, "", &findings);
-  if (findings.empty()) config_internal::CheckBiome(biome, "", &findings);
-  errors.AddFindings(findings, origins, file_name);
-  if (!errors.empty()) return errors.ToStatus();
-  return biome;
+  return config_internal::ParseNamed<v1::Biome>(yaml, file_name, &config_internal::CheckBiome);
 }
 
 absl::StatusOr<v1::Biome> LoadBiome(const std::string& path) {
@@ -139,7 +113,8 @@ absl::StatusOr<v1::Biome> LoadBiome(const std::string& path) {
 }
 
 const std::vector<v1::Biome>& BuiltinBiomes() {
-  static const auto& biomes = *new std::vector<v1::Biome>(ReadBuiltins());
+  static const auto& biomes = *new std::vector<v1::Biome>(
+      config_internal::ParseBuiltins<v1::Biome>("biomes/", &ParseBiome));
   return biomes;
 }
 

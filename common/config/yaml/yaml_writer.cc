@@ -169,7 +169,10 @@ std::string ShortText(const Message& message) {
   std::string text;
   for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
     const FieldDescriptor& field = *message.GetDescriptor()->field(i);
-    text += (i > 0 ? ", " : "[") + ShortText(message.GetReflection()->GetMessage(message, &field));
+    const bool number = field.cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE;
+    text += (i > 0 ? ", " : "[") +
+            (number ? ScalarText(message, field, -1)
+                    : ShortText(message.GetReflection()->GetMessage(message, &field)));
   }
   return text + "]";
 }

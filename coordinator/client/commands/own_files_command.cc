@@ -24,7 +24,8 @@ namespace {
 struct FileOptions {
   std::string file, out;
   uint64_t seed = 1;
-  std::string season;  // Of lands.
+  std::string season;          // Of lands.
+  std::vector<double> size_m;  // Of rooms: width, depth and height, or none.
 };
 
 // The parts of the ground that a rule asks for: "slope, patches".
@@ -84,11 +85,16 @@ absl::StatusOr<v1::SceneConfig> ConfigOf(const v1::Biome& biome, const FileOptio
 }
 
 // Rooms of the kind alone, without floating objects and light of a study.
-absl::StatusOr<v1::SceneConfig> ConfigOf(const v1::RoomKind& kind) {
+absl::StatusOr<v1::SceneConfig> ConfigOf(const v1::RoomKind& kind, const FileOptions& options) {
   ASSIGN_OR_RETURN(v1::SceneConfig config, SmallConfig("indoor"));
   *config.mutable_room()->add_own_kinds() = kind;
   config.mutable_room()->clear_kinds();
   config.mutable_room()->add_kinds(kind.name());
+  if (!options.size_m.empty()) {
+    config.mutable_room()->mutable_width_m()->set_constant(options.size_m[0]);
+    config.mutable_room()->mutable_depth_m()->set_constant(options.size_m[1]);
+    config.mutable_room()->mutable_height_m()->set_constant(options.size_m[2]);
+  }
   config.mutable_assets()->clear_exclude();
   config.mutable_floating()->mutable_count()->set_constant(0);
   config.mutable_materials()->set_replace_probability(0);
@@ -200,7 +206,7 @@ absl::StatusOr<ExitCode> ShowRoom(const FileOptions& options, Session& session) 
   if (options.out.empty()) return kExitOk;
   // Built-in names are taken.
   kind.set_name("own_" + kind.name());
-  ASSIGN_OR_RETURN(const v1::SceneConfig config, ConfigOf(kind));
+  ASSIGN_OR_RETURN(const v1::SceneConfig config, ConfigOf(kind, options));
   return DrawScene(config, options, session);
 }
 
@@ -233,10 +239,15 @@ void RegisterOwnFiles(Registry& registry, CLI::App& config) {
       ->check(CLI::IsMember({"spring", "summer", "autumn", "winter"}));
   registry.SetAction(biome,
                      [options = land](Session& session) { return ShowBiome(*options, session); });
-  const auto [room, kind] = add("room", "a kind of room",
-                                "  parallax config room workshop.yaml\n"
-                                "  parallax config room workshop.yaml --out out/workshop\n"
-                                "  parallax config room office --out out/office --seed 7\n");
+  const auto [room, kind] =
+      add("room", "a kind of room",
+          "  parallax config room workshop.yaml\n"
+          "  parallax config room workshop.yaml --out out/workshop --size-m 9 6 3.5\n"
+          "  parallax config room office --out out/office --seed 7\n");
+  room->add_option("--size-m", kind->size_m, "Width, depth and height, instead of a study's own")
+      ->expected(3)
+      ->check(CLI::Range(2.1, 12.0))
+      ->type_name("METRES");
   registry.SetAction(room,
                      [options = kind](Session& session) { return ShowRoom(*options, session); });
 }

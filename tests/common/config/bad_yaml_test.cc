@@ -197,7 +197,7 @@ TEST(StudyYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
        "s.yaml:3: rigs_per_scene: 4 is more than variant \"a\" has, allowed 1 to rigs.count = 3"},
       {"study: s\nbase: nowhere.yaml\npairs: 1\nvariants: [{name: a}]",
        "s.yaml:2: base: nowhere.yaml: no such file, allowed is a path or a built-in name: "
-       "dense, indoor, nature, street"},
+       "dense, indoor, nature, released-dense, released-indoor, street"},
       {"study: s\npairs: 1\nvariants:\n  - {name: a, rigs_per_scene: 21}",
        "s.yaml:4: variants[0].rigs_per_scene: 21 is more than the variant has, allowed 1 to "
        "rigs.count = 20"},

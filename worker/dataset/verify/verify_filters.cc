@@ -56,7 +56,7 @@ void CompareEmpty(const CheckedFrame& frame, double value) {
   const double share = static_cast<double>(sky) / static_cast<double>(depth.values().size());
   if (std::abs(share - value) <= 1e-9) return;
   frame.Find("filters", "",
-             fmt::format("" empty " judged a share of {:.9g}, the maps have {:.9g}", value, share));
+             fmt::format("\"empty\" judged a share of {:.9g}, the maps have {:.9g}", value, share));
 }
 
 void CompareMean(const CheckedFrame& frame, double value) {

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/config/config.h"
 #include "common/math/proto.h"
 #include "common/math/sequence.h"
 #include "worker/scene/types/indoor/dress_house.h"

@@ -59,6 +59,8 @@ absl::StatusOr<std::map<std::string, DifferenceSpread>> ReadSpreads(const std::s
     add(&DifferenceSpread::seeds);
     add(&DifferenceSpread::images);
     add(&DifferenceSpread::rest);
+    add(&DifferenceSpread::image_degrees);
+    add(&DifferenceSpread::widened);
   }
   return spreads;
 }

@@ -42,12 +42,14 @@ absl::StatusOr<BenchmarkSizes> SizesOfOwnBenchmarks(const v1::StudySpec& study) 
   return sizes;
 }
 
-absl::StatusOr<std::map<std::string, DifferenceSpread>> ReadSpreads(const std::string& dir) {
+absl::StatusOr<std::map<std::string, DifferenceSpread>> ReadSpreads(const std::string& dir,
+                                                                    const v1::StudySpec& study) {
   std::map<std::string, DifferenceSpread> spreads;
   const absl::StatusOr<std::vector<Evaluation>> scores = ReadEvaluations(dir);
   if (absl::IsNotFound(scores.status())) return spreads;
   RETURN_IF_ERROR(scores.status());
-  ASSIGN_OR_RETURN(const ResultTable table, MakeTable(*scores, {}));
+  ASSIGN_OR_RETURN(const ResultTable table,
+                   MakeTable(*scores, {.weigh_groups = study.evaluate().weigh_groups()}));
   std::map<std::string, int> counts;
   for (const TableComparison& one : table.comparisons) {
     if (!one.comparison.least_difference) continue;

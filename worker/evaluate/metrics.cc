@@ -17,13 +17,24 @@ absl::StatusOr<Measure> ParseMeasure(std::string_view name) {
   if (name == "d1") return Measure{.kind = Measure::Kind::kD1};
   if (name == "epe") return Measure{.kind = Measure::Kind::kEpe};
   if (name == "rmse") return Measure{.kind = Measure::Kind::kRmse};
-  std::string known = "d1, epe, rmse";
+  if (name == "log") return kLogMeasure;
+  std::string known = "d1, epe, rmse, log";
   for (size_t i = 0; i < kThresholdsPx.size(); ++i) {
     const Measure bad{.threshold = i};
     if (MeasureName(bad) == name) return bad;
     known += ", " + MeasureName(bad);
   }
   return InvalidArgument("there is no metric '{}'; there are {}", name, known);
+}
+
+// The sum over pixels of the octaves of error between the first threshold and the last.
+double OctavesBeyond(const ErrorTally& tally) {
+  double sum = 0;
+  for (size_t i = 1; i < kThresholdsPx.size(); ++i) {
+    const double octaves = std::log2(kThresholdsPx[i] / kThresholdsPx[i - 1]);
+    sum += octaves * static_cast<double>(tally.bad[i - 1] + tally.bad[i]) / 2;
+  }
+  return sum;
 }
 
 }  // namespace
@@ -69,6 +80,8 @@ std::string MeasureName(const Measure& measure) {
       return "epe";
     case Measure::Kind::kRmse:
       return "rmse";
+    case Measure::Kind::kLog:
+      return "log";
   }
   return "";
 }
@@ -101,6 +114,8 @@ Quotient QuotientOf(const Measure& measure, const ErrorTally& tally) {
       return {tally.abs_error_px, pixels};
     case Measure::Kind::kRmse:
       return {tally.squared_error_px2, pixels};
+    case Measure::Kind::kLog:
+      return {OctavesBeyond(tally), pixels};
   }
   return {};
 }

@@ -36,10 +36,12 @@ struct ErrorTally {
   bool operator==(const ErrorTally&) const = default;
 };
 
-// A kind of figure of a tally; lower is better: "bad-2" (percent), "d1" (percent), "epe" (pixels)
-// or "rmse" (pixels).
+// A kind of figure of a tally; lower is better: "bad-2" (percent), "d1" (percent), "epe" (pixels),
+// "rmse" (pixels) or "log" (octaves): the mean of log2(error / 0.5 px), errors held between 0.5 and
+// 8 px. It is the area under bad-t over log2 t, by the trapezoids between kThresholdsPx, so all
+// sizes of error count where bad-2 knows two.
 struct Measure {
-  enum class Kind { kBad, kD1, kEpe, kRmse };
+  enum class Kind { kBad, kD1, kEpe, kRmse, kLog };
   Kind kind = Kind::kBad;
   size_t threshold = 2;  // Index into kThresholdsPx, for kBad.
 
@@ -51,6 +53,7 @@ struct Measure {
 Measure BadAt(double threshold_px);
 inline constexpr Measure kD1Measure = {.kind = Measure::Kind::kD1};
 inline constexpr Measure kEpeMeasure = {.kind = Measure::Kind::kEpe};
+inline constexpr Measure kLogMeasure = {.kind = Measure::Kind::kLog};
 
 // A measure, the region where it is taken, and how images are combined.
 struct Metric {
@@ -61,7 +64,7 @@ struct Metric {
   bool operator==(const Metric&) const = default;
 };
 
-// Returns the name of a measure: "bad-2", "bad-0.5", "d1", "epe", "rmse".
+// Returns the name of a measure: "bad-2", "bad-0.5", "d1", "epe", "rmse", "log".
 std::string MeasureName(const Measure& measure);
 // Returns the name of a metric: "bad-2 nocc", "d1 all pooled".
 std::string MetricName(const Metric& metric);

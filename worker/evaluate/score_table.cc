@@ -66,20 +66,24 @@ std::vector<const Scores*> ImagesOf(const Evaluation& evaluation, const std::str
 std::vector<Quotient> CellsOf(const Metric& metric, const std::vector<const Scores*>& images,
                               bool weigh_groups) {
   std::vector<std::string> groups;
-  for (const Scores* scores : images) groups.push_back(scores->pair_group);
+  std::vector<Quotient> ones;
+  std::map<std::string, double> weights;  // Denominators of groups.
+  for (const Scores* scores : images) {
+    const ErrorTally& tally = scores->regions.at(metric.region);
+    ones.push_back(metric.pooled ? QuotientOf(metric.measure, tally)
+                                 : Quotient{FigureOf(metric.measure, tally), 1});
+    groups.push_back(scores->pair_group);
+    weights[scores->pair_group] += ones.back().denominator;
+  }
   const std::vector<int> units = UnitsOf(groups);
   std::vector<Quotient> cells;
-  for (size_t i = 0; i < images.size(); ++i) {
-    const ErrorTally& tally = images[i]->regions.at(metric.region);
-    const Quotient one = metric.pooled ? QuotientOf(metric.measure, tally)
-                                       : Quotient{FigureOf(metric.measure, tally), 1};
+  for (size_t i = 0; i < ones.size(); ++i) {
+    const double whole = groups[i].empty() ? ones[i].denominator : weights.at(groups[i]);
+    const double weight = weigh_groups ? 1 / whole : 1;
     cells.resize(std::max(cells.size(), static_cast<size_t>(units[i]) + 1));
     Quotient& cell = cells[static_cast<size_t>(units[i])];
-    cell.numerator += one.numerator;
-    cell.denominator += one.denominator;
-  }
-  for (Quotient& cell : cells) {
-    if (weigh_groups && cell.denominator > 0) cell = {cell.numerator / cell.denominator, 1};
+    cell.numerator += weight * ones[i].numerator;
+    cell.denominator += weight * ones[i].denominator;
   }
   return cells;
 }
@@ -159,6 +163,23 @@ FigureTable TableOf(const Metric& metric, const std::vector<const Evaluation*>& 
     table.push_back(CellsOf(metric, ImagesOf(*run, metric.region), weigh_groups));
   }
   return table;
+}
+
+// Scores of older versions do not name the groups of their pairs: others of the same benchmark do.
+std::vector<Evaluation> WithGroups(std::vector<Evaluation> evaluations) {
+  std::map<std::pair<std::string, std::string>, std::string> groups;
+  for (const Evaluation& one : evaluations) {
+    for (const Scores& scores : one.images) {
+      if (!scores.pair_group.empty()) groups[{one.benchmark, scores.pair}] = scores.pair_group;
+    }
+  }
+  for (Evaluation& one : evaluations) {
+    for (Scores& scores : one.images) {
+      const auto found = groups.find({one.benchmark, scores.pair});
+      if (found != groups.end()) scores.pair_group = found->second;
+    }
+  }
+  return evaluations;
 }
 
 // All score files, sorted into rows and benchmarks.
@@ -330,19 +351,26 @@ void AddPowerNotes(ResultTable& table) {
   }
 }
 
-// "real: pairs of one set are not independent, so intervals draw sets, not pairs: mb2001 (5), ..."
-std::string GroupsNote(const std::string& benchmark, const TableCell& cell) {
-  std::string sets;
+// "real: intervals draw its 8 sets (1 to 16 pairs each), because pairs of one set are not
+// independent."
+std::string GroupsNote(const std::string& benchmark, const TableCell& cell, bool weigh_groups) {
+  int fewest = cell.headline.pairs, most = 0;
   for (const auto& [group, figures] : cell.groups) {
-    sets += fmt::format("{}{} ({})", sets.empty() ? "" : ", ", group, figures.headline.pairs);
+    fewest = std::min(fewest, figures.headline.pairs);
+    most = std::max(most, figures.headline.pairs);
   }
-  const char* units = static_cast<int>(cell.groups.size()) < kFewestGroups
-                          ? "but these are too few, so intervals draw pairs"
-                          : "so intervals draw sets, not pairs";
-  return fmt::format("{}: pairs of one set are not independent, {}: {}.", benchmark, units, sets);
+  const std::string sets =
+      fmt::format("{} sets ({} pairs each)", cell.groups.size(),
+                  fewest == most ? std::to_string(most) : fmt::format("{} to {}", fewest, most));
+  const bool few = static_cast<int>(cell.groups.size()) < kFewestGroups;
+  return fmt::format(
+      "{}: {}.{}", benchmark,
+      few ? "intervals draw pairs, which are not independent: its " + sets + " are too few"
+          : "intervals draw its " + sets + ", because pairs of one set are not independent",
+      weigh_groups ? " Each set counts alike in the mean." : "");
 }
 
-void AddNotes(ResultTable& table) {
+void AddNotes(bool weigh_groups, ResultTable& table) {
   std::set<std::string> told;
   bool single_seed = false;
   for (const TableRow& row : table.rows) {
@@ -354,8 +382,11 @@ void AddNotes(ResultTable& table) {
             "{}: {} pairs, the whole set has {}: not comparable with published figures.", benchmark,
             cell.headline.pairs, cell.pairs_published));
       }
-      if (!cell.groups.empty() && told.insert(benchmark + "/groups").second) {
-        table.notes.push_back(GroupsNote(benchmark, cell));
+      // A set of one pair each is as good as no set.
+      const bool shared =
+          !cell.groups.empty() && static_cast<int>(cell.groups.size()) < cell.headline.pairs;
+      if (shared && told.insert(benchmark + "/groups").second) {
+        table.notes.push_back(GroupsNote(benchmark, cell, weigh_groups));
       }
       if (cell.headline.pairs == 1 && told.insert(benchmark + "/one").second) {
         table.notes.push_back(benchmark + ": one pair; intervals say nothing of other pictures.");
@@ -373,9 +404,10 @@ void AddNotes(ResultTable& table) {
 
 }  // namespace
 
-absl::StatusOr<ResultTable> MakeTable(const std::vector<Evaluation>& evaluations,
+absl::StatusOr<ResultTable> MakeTable(const std::vector<Evaluation>& scores,
                                       const TableOptions& options) {
-  if (evaluations.empty()) return InvalidArgument("a table of no score files");
+  if (scores.empty()) return InvalidArgument("a table of no score files");
+  const std::vector<Evaluation> evaluations = WithGroups(scores);
   const Collection collection(evaluations);
   RETURN_IF_ERROR(collection.Check());
   ResultTable table{.benchmarks = collection.Benchmarks()};
@@ -393,7 +425,7 @@ absl::StatusOr<ResultTable> MakeTable(const std::vector<Evaluation>& evaluations
     if (base == key) continue;
     RETURN_IF_ERROR(AddComparisons(collection, key, base, options, table));
   }
-  AddNotes(table);
+  AddNotes(options.weigh_groups, table);
   return table;
 }
 

@@ -75,7 +75,7 @@ struct TableOptions {
 // Makes the table. Errors: kInvalidArgument for an unknown baseline, naming the variants;
 // kFailedPrecondition if evaluations of one benchmark can't be compared: other pairs, other truth
 // or another metric, both named.
-absl::StatusOr<ResultTable> MakeTable(const std::vector<Evaluation>& evaluations,
+absl::StatusOr<ResultTable> MakeTable(const std::vector<Evaluation>& scores,
                                       const TableOptions& options);
 
 // Returns the table as text in a format: "text", "markdown", "latex", "csv" or "json". Errors:

@@ -7,11 +7,12 @@
 // replacement, and takes each drawn image under each drawn seed; drawing one fewer makes the
 // replicates' variance an unbiased estimate for few units. The interval is the figure -+ Student's
 // t times the replicates' standard deviation; its degrees of freedom weigh those of seeds and of
-// images by their shares of the variance (Satterthwaite). Without that, three seeds give intervals
-// less than half as long as they must be. With one seed nothing is known of the spread between
-// seeds, and the interval is that of the images alone. Source: Owen, "The pigeonhole bootstrap",
-// Annals of Applied Statistics 2007; Rao and Wu, "Resampling inference with complex survey data",
-// JASA 1988.
+// images by their shares of the variance (Satterthwaite), those of images in proportion to the
+// effective number of them where they weigh differently (Kish). Without that, three seeds give
+// intervals less than half as long as they must be. With one seed nothing is known of the spread
+// between seeds, and the interval is that of the images alone. Source: Owen, "The pigeonhole
+// bootstrap", Annals of Applied Statistics 2007; Rao and Wu, "Resampling inference with complex
+// survey data", JASA 1988.
 #pragma once
 
 #include <optional>
@@ -66,6 +67,11 @@ std::string VerdictName(Verdict verdict);  // "better", "worse", "not significan
 // and one observation a cell.
 struct DifferenceSpread {
   double seeds = 0, images = 0, rest = 0;
+  // Degrees of freedom of the images' spread: less than I - 1 where their weights differ. 0: I - 1.
+  double image_degrees = 0;
+  // Length of intervals over that of the model above: where the images' weights differ, a replicate
+  // may lack those that weigh most.
+  double widened = 1;
 };
 
 // Returns the least difference that is significant in 80 of 100 repetitions of a comparison with

@@ -111,6 +111,28 @@ const TableCell& AnyCell(const ResultTable& table, const std::string& benchmark)
   return none;
 }
 
+// The headline of each set of pairs, rows by variant; empty for more sets than columns are
+// readable.
+Grid GroupsGrid(const ResultTable& table, const std::string& benchmark) {
+  constexpr size_t kMostColumns = 12;
+  const TableCell& any = AnyCell(table, benchmark);
+  if (any.groups.empty() || any.groups.size() > kMostColumns) return {};
+  Grid grid = {{any.headline.metric + " by set (pairs)", "trainer"}};
+  for (const auto& [group, figures] : any.groups) {
+    grid[0].push_back(fmt::format("{} ({})", group, figures.headline.pairs));
+  }
+  for (const TableRow& row : table.rows) {
+    const auto cell = row.cells.find(benchmark);
+    if (cell == row.cells.end()) continue;
+    std::vector<std::string>& line = grid.emplace_back();
+    line = {row.variant, row.trainer};
+    for (const auto& [group, figures] : cell->second.groups) {
+      line.push_back(Fixed(figures.headline.interval.value));
+    }
+  }
+  return grid;
+}
+
 std::string Pairs(const TableCell& cell) {
   return fmt::format("{}{}", cell.headline.pairs, cell.headline.pairs == 1 ? " pair" : " pairs");
 }
@@ -121,6 +143,8 @@ std::string Text(const ResultTable& table) {
     const TableCell& any = AnyCell(table, benchmark);
     text += benchmark + " (" + Pairs(any) + "; as " + any.mimics + ")\n" +
             Aligned(BenchmarkGrid(table, benchmark)) + "\n";
+    const Grid groups = GroupsGrid(table, benchmark);
+    if (!groups.empty()) text += Aligned(groups) + "\n";
   }
   text += "Lower is better; bad-t and d1 in percent, epe in pixels; [95 % interval].\n";
   for (const std::string& note : table.notes) text += "note: " + note + "\n";
@@ -172,6 +196,8 @@ std::string Markdown(const ResultTable& table) {
     const TableCell& any = AnyCell(table, benchmark);
     text += "\n**" + benchmark + "** (" + Pairs(any) + "; as " + any.mimics + ")\n\n" +
             MarkdownGrid(BenchmarkGrid(table, benchmark));
+    const Grid groups = GroupsGrid(table, benchmark);
+    if (!groups.empty()) text += "\n" + MarkdownGrid(groups);
   }
   if (!table.notes.empty()) text += "\n";
   for (const std::string& note : table.notes) text += "- " + note + "\n";

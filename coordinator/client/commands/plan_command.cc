@@ -186,7 +186,7 @@ absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
   std::map<std::string, DifferenceSpread> spreads;
   if (!options.from.empty()) {
     ASSIGN_OR_RETURN(factor, ReadMeasuredFactor(options.from));
-    ASSIGN_OR_RETURN(spreads, ReadSpreads(options.from));
+    ASSIGN_OR_RETURN(spreads, ReadSpreads(options.from, study));
   }
   ASSIGN_OR_RETURN(const BenchmarkSizes own, SizesOfOwnBenchmarks(study));
   ASSIGN_OR_RETURN(StudyPlan plan, PlanStudy(study, factor, own));

@@ -58,6 +58,7 @@ absl::StatusOr<std::vector<Evaluation>> FindScores(const std::string& what, Tabl
   }
   const TableOptions of_study = TableOptionsOf(study);
   if (table.variant_order.empty()) table.variant_order = of_study.variant_order;
+  table.weigh_groups = table.weigh_groups || of_study.weigh_groups;
   absl::StatusOr<std::vector<Evaluation>> scores = ReadEvaluations(dir);
   // The study's reference may have no scores yet.
   if (table.baseline.empty() && scores.ok() &&
@@ -151,7 +152,7 @@ void RegisterTable(Registry& registry) {
       ->type_name("VARIANTS");
   command->add_flag("--weigh-groups", options->table.weigh_groups,
                     "Let each set of pairs (mb2006_..., or `group:` in a list) count alike in the "
-                    "mean, instead of each pair");
+                    "mean, instead of each pair, as `evaluate.weigh_groups` of a study");
   command->add_option("-o,--out", options->out, "Write it to this file")->type_name("FILE");
   command
       ->add_option("--pictures", options->pictures,

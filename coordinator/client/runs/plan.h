@@ -66,7 +66,7 @@ struct StudyPlan {
 struct BenchmarkSize {
   int64_t pairs = 0;
   int width_px = 0, height_px = 0;
-  int64_t units = 0;  // Groups of pairs that intervals draw, or pairs. 0: pairs.
+  std::vector<int> units = {};  // Pairs of each group that intervals draw; empty: pairs are drawn.
 };
 using BenchmarkSizes = std::map<std::string, BenchmarkSize>;  // By the benchmark's name.
 // Returns the size of a public benchmark; zeros for an unknown one.

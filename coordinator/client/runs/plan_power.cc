@@ -21,6 +21,24 @@ constexpr double kConfidence = 0.95;
 // are not known apart there; the split makes little difference with as many pairs.
 constexpr DifferenceSpread kMeasuredSpread = {.seeds = 5.0, .images = 19.0, .rest = 22.0};
 
+// The spread of groups' figures, from that of pairs, where groups differ by no more than their
+// pairs do.
+DifferenceSpread OfGroups(DifferenceSpread spread, const std::vector<int>& sizes,
+                          bool weigh_groups) {
+  double pairs = 0, squares = 0, inverses = 0;
+  for (const int size : sizes) {
+    pairs += size;
+    squares += static_cast<double>(size) * size;
+    inverses += 1.0 / size;
+  }
+  const auto count = static_cast<double>(sizes.size());
+  const double share = weigh_groups ? inverses / count : count / pairs;
+  spread.images *= share;
+  spread.rest *= share;
+  if (!weigh_groups) spread.image_degrees = (count - 1) * pairs * pairs / (count * squares);
+  return spread;
+}
+
 }  // namespace
 
 absl::StatusOr<BenchmarkSizes> SizesOfOwnBenchmarks(const v1::StudySpec& study) {
@@ -35,19 +53,24 @@ absl::StatusOr<BenchmarkSizes> SizesOfOwnBenchmarks(const v1::StudySpec& study) 
     ASSIGN_OR_RETURN(const ImageRgb8 picture, ReadPictureRgb8(benchmark.pairs[0].left));
     std::vector<std::string> groups;
     for (const BenchmarkPair& pair : benchmark.pairs) groups.push_back(pair.group);
-    const std::vector<int> units = UnitsOf(groups);
-    sizes[own.name()] = {static_cast<int64_t>(benchmark.pairs.size()), picture.width(),
-                         picture.height(), 1 + *std::max_element(units.begin(), units.end())};
+    BenchmarkSize& size = sizes[own.name()] = {static_cast<int64_t>(benchmark.pairs.size()),
+                                               picture.width(), picture.height()};
+    for (const int unit : UnitsOf(groups)) {
+      size.units.resize(std::max(size.units.size(), static_cast<size_t>(unit) + 1));
+      ++size.units[static_cast<size_t>(unit)];
+    }
   }
   return sizes;
 }
 
-absl::StatusOr<std::map<std::string, DifferenceSpread>> ReadSpreads(const std::string& dir) {
+absl::StatusOr<std::map<std::string, DifferenceSpread>> ReadSpreads(const std::string& dir,
+                                                                    const v1::StudySpec& study) {
   std::map<std::string, DifferenceSpread> spreads;
   const absl::StatusOr<std::vector<Evaluation>> scores = ReadEvaluations(dir);
   if (absl::IsNotFound(scores.status())) return spreads;
   RETURN_IF_ERROR(scores.status());
-  ASSIGN_OR_RETURN(const ResultTable table, MakeTable(*scores, {}));
+  ASSIGN_OR_RETURN(const ResultTable table,
+                   MakeTable(*scores, {.weigh_groups = study.evaluate().weigh_groups()}));
   std::map<std::string, int> counts;
   for (const TableComparison& one : table.comparisons) {
     if (!one.comparison.least_difference) continue;
@@ -59,6 +82,8 @@ absl::StatusOr<std::map<std::string, DifferenceSpread>> ReadSpreads(const std::s
     add(&DifferenceSpread::seeds);
     add(&DifferenceSpread::images);
     add(&DifferenceSpread::rest);
+    add(&DifferenceSpread::image_degrees);
+    add(&DifferenceSpread::widened);
   }
   return spreads;
 }
@@ -74,9 +99,13 @@ std::vector<BenchmarkPower> PowerOf(const v1::StudySpec& study, const BenchmarkS
     if (evaluate.max_pairs() > 0) pairs = std::min<int64_t>(pairs, evaluate.max_pairs());
     const auto found = spreads.find(name);
     const bool measured = found != spreads.end();
+    const bool groups = !size.units.empty();
+    const auto units = groups ? std::min(pairs, static_cast<int64_t>(size.units.size())) : pairs;
     // The project's own spread is that of pairs; those of scores are of what their table draws.
-    const int64_t units = measured && size.units > 0 ? std::min(pairs, size.units) : pairs;
-    const std::optional<double> least = LeastDifference(measured ? found->second : kMeasuredSpread,
+    DifferenceSpread spread = kMeasuredSpread;
+    if (groups && pairs == size.pairs)
+      spread = OfGroups(spread, size.units, evaluate.weigh_groups());
+    const std::optional<double> least = LeastDifference(measured ? found->second : spread,
                                                         seeds > 0 ? seeds : study.train().seeds(),
                                                         static_cast<int>(units), kConfidence);
     if (least) powers.push_back({name, pairs, *least, measured});

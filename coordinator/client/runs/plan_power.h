@@ -18,9 +18,11 @@ namespace parallax::client {
 // of their first picture, by name. Errors: those of OpenOwnBenchmark and of reading the picture.
 absl::StatusOr<BenchmarkSizes> SizesOfOwnBenchmarks(const v1::StudySpec& study);
 
-// Returns the mean spread of the differences that the scores in a dataset show, by benchmark; empty
-// for a folder without scores of two seeds. Errors: those of reading scores and of MakeTable.
-absl::StatusOr<std::map<std::string, DifferenceSpread>> ReadSpreads(const std::string& dir);
+// Returns the mean spread of the differences that the scores in a dataset show, by benchmark, where
+// means weigh pairs as the study says; empty for a folder without scores of two seeds. Errors:
+// those of reading scores and of MakeTable.
+absl::StatusOr<std::map<std::string, DifferenceSpread>> ReadSpreads(const std::string& dir,
+                                                                    const v1::StudySpec& study);
 
 struct BenchmarkPower {
   std::string benchmark;

@@ -7,6 +7,7 @@ namespace parallax::client {
 TableOptions TableOptionsOf(const v1::StudySpec& study) {
   TableOptions options;
   options.baseline = study.evaluate().reference();
+  options.weigh_groups = study.evaluate().weigh_groups();
   for (const v1::Mixture& set : TrainingSetsOf(study)) options.variant_order.push_back(set.name());
   if (options.baseline.empty() && !options.variant_order.empty()) {
     options.baseline = options.variant_order.front();

@@ -11,6 +11,7 @@
 #include "coordinator/client/exit_code.h"
 #include "tests/coordinator/client/canned_coordinator.h"
 #include "tests/worker/dataset/synthetic_archive.h"
+#include "tests/worker/evaluate/test_scores.h"
 #include "tests/worker/evaluate/test_tree.h"
 
 namespace parallax::client {
@@ -164,6 +165,21 @@ TEST_F(TableCommandTest, AStudysReferenceWithoutScoresIsNotComparedWith) {
   ASSERT_EQ(early["rows"].size(), 2);
   EXPECT_EQ(early["comparisons"].size(), 1);
   EXPECT_EQ(RunCommand({"table", scores_, "--baseline", "late"}).exit_code, kExitUsage);
+}
+
+TEST_F(EvaluateCommandTest, AStudysMeanWeighsSetsIfItSaysSo) {
+  Evaluation scores = SyntheticEvaluation("real", "a", 0, {10, 10, 10, 40});
+  for (Scores& one : scores.images) one.pair_group = "many";
+  scores.images[3].pair_group = "one";
+  tree_.Text("s/scores/a.jsonl", EncodeEvaluation(scores));
+  const auto value = [&] {
+    return RunJson({"table", tree_.Path("s")})["rows"][0]["benchmarks"]["real"]["value"];
+  };
+  const std::string study = "study: s\npairs: 2\nvariants: [{name: a}]\ntrain: {}\n";
+  tree_.Text("s/study.lock.yaml", study);
+  EXPECT_NEAR(value().get<double>(), 17.5, 1e-9);
+  tree_.Text("s/study.lock.yaml", study + "evaluate: {weigh_groups: true}\n");
+  EXPECT_NEAR(value().get<double>(), 25, 1e-9);
 }
 
 TEST_F(EvaluateCommandTest, CommandsPredictThroughTheList) {

@@ -175,6 +175,21 @@ TEST(EvaluateArchive, PerfectPredictionsScoreZeroAndGroupsCoverAllLabelledPixels
   }
 }
 
+TEST(EvaluateArchive, FramesOfOneSceneAreOneSetInAllVariants) {
+  const TestTree tree;
+  const std::string dir = tree.dir() + "/archive";
+  MakeSyntheticArchive(dir, {.variants = {"a", "b"}, .scenes = 2, .rigs = 2});
+  const auto benchmark = OpenBenchmark("archive:" + dir, "");
+  ASSERT_TRUE(benchmark.ok()) << benchmark.status();
+  std::vector<std::string> sets;
+  for (const BenchmarkPair& pair : benchmark->pairs) sets.push_back(pair.group);
+  const std::vector<std::string> of_one = {"scene_000000", "scene_000000", "scene_000001",
+                                           "scene_000001"};
+  std::vector<std::string> wanted = of_one;
+  wanted.insert(wanted.end(), of_one.begin(), of_one.end());
+  EXPECT_EQ(sets, wanted);
+}
+
 TEST(EvaluateArchive, WithoutMapsOfOcclusionAllPixelsAreTheHeadline) {
   const TestTree tree;
   const std::string dir = tree.dir() + "/archive";

@@ -71,6 +71,20 @@ TEST(Metrics, InvalidPredictionsAreWrongAtEveryThresholdAndNeverImproveTheMeanEr
   EXPECT_DOUBLE_EQ(FigureOf(kEpeMeasure, TallyErrors(missing, truth, {})), 80);
 }
 
+TEST(Metrics, LogErrorsAreTheAreaUnderTheErrorCurve) {
+  const struct {
+    float error_px;
+    double octaves;  // Half of the interval that the error lies in counts.
+  } cases[] = {{0, 0},         {0.5f, 0},   {0.7f, 0.5}, {1.5f, 1.5},
+               {5.5f, 3.4534}, {7, 3.7925}, {8.5f, 4},   {80, 4}};
+  for (const auto& c : cases) {
+    const ErrorTally tally = TallyErrors(Row({10 + c.error_px}), Row({10}), {});
+    EXPECT_NEAR(FigureOf(kLogMeasure, tally), c.octaves, 0.01) << c.error_px;
+  }
+  const ErrorTally both = TallyErrors(Row({10, 90}), Row({10, 10}), {});
+  EXPECT_DOUBLE_EQ(FigureOf(kLogMeasure, both), 2);
+}
+
 TEST(Metrics, TalliesAddUpToThePool) {
   const ImageF truth = Row({10, 10, 10, 10}), predicted = Row({10, 12.5f, kNan, 11});
   ErrorTally pool;
@@ -86,7 +100,7 @@ TEST(Metrics, TalliesAddUpToThePool) {
 
 TEST(Metrics, NamesReadBack) {
   for (const char* name :
-       {"bad-2 nocc", "bad-0.5 all", "d1 all pooled", "epe all", "rmse class3"}) {
+       {"bad-2 nocc", "bad-0.5 all", "d1 all pooled", "epe all", "rmse class3", "log all"}) {
     const auto metric = ParseMetric(name);
     ASSERT_TRUE(metric.ok()) << metric.status();
     EXPECT_EQ(MetricName(*metric), name);

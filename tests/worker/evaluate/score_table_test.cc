@@ -108,8 +108,17 @@ TEST(Table, PairsOfOneSetAreDrawnTogether) {
   EXPECT_EQ(groups[2]["group"], "set2");
   EXPECT_EQ(groups[2]["pairs"], 2);
   EXPECT_NEAR(groups[2]["value"], 16.2, 1e-9);
-  EXPECT_THAT(json["notes"].dump(),
-              HasSubstr("intervals draw sets, not pairs: set0 (2), set1 (2)"));
+  EXPECT_THAT(
+      grouped->notes,
+      ::testing::Contains("real: intervals draw its 6 sets (2 pairs each), because pairs of "
+                          "one set are not independent."));
+  for (const char* format : {"text", "markdown"}) {
+    const std::string text = *FormatTable(*grouped, format);
+    EXPECT_THAT(text, HasSubstr("bad-2 all by set (pairs)")) << format;
+    EXPECT_THAT(text, HasSubstr("set5 (2)")) << format;
+    EXPECT_THAT(text, HasSubstr("16.20")) << format;
+    EXPECT_THAT(*FormatTable(*pairs, format), Not(HasSubstr("by set"))) << format;
+  }
   const Json without = Json::parse(*FormatTable(*pairs, "json"));
   EXPECT_EQ(without["comparisons"][0]["groups"], nullptr);
   EXPECT_FALSE(without["rows"][0]["benchmarks"]["real"].contains("groups"));
@@ -120,7 +129,35 @@ TEST(Table, FewSetsAreShownAndPairsDrawn) {
   ASSERT_TRUE(table.ok()) << table.status();
   EXPECT_EQ(table->comparisons[0].comparison.images, 12);
   EXPECT_EQ(table->rows[0].cells.at("real").groups.size(), 3u);
-  EXPECT_THAT(table->notes, ::testing::Contains(HasSubstr("too few, so intervals draw pairs")));
+  EXPECT_THAT(table->notes, ::testing::Contains(
+                                "real: intervals draw pairs, which are not independent: its 3 sets "
+                                "(4 pairs each) are too few."));
+}
+
+TEST(Table, ManySetsAreNoColumnsAndSetsOfOnePairNoNote) {
+  std::vector<Evaluation> all = StudyOfSets(6);
+  for (Evaluation& evaluation : all) {
+    for (Scores& scores : evaluation.images) scores.pair_group = "of_" + scores.pair;
+    Scores more = evaluation.images.back();
+    more.pair = more.pair_group = "more";
+    evaluation.images.push_back(more);
+  }
+  const auto table = MakeTable(all, {});
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_EQ(table->rows[0].cells.at("real").groups.size(), 13u);
+  EXPECT_THAT(*FormatTable(*table, "text"), Not(HasSubstr("by set")));
+  EXPECT_THAT(table->notes, Not(::testing::Contains(HasSubstr("independent"))));
+}
+
+// Studies grow over versions: scores that were made before sets were known stay comparable.
+TEST(Table, ScoresWithoutSetsTakeThemFromOthersOfTheSamePairs) {
+  std::vector<Evaluation> all = StudyOfSets(6);
+  const auto with = MakeTable(all, {});
+  for (Scores& scores : all[1].images) scores.pair_group.clear();
+  for (Scores& scores : all[2].images) scores.pair_group.clear();
+  const auto table = MakeTable(all, {});
+  ASSERT_TRUE(table.ok()) << table.status();
+  EXPECT_EQ(*FormatTable(*table, "json"), *FormatTable(*with, "json"));
 }
 
 TEST(Table, SetsCountAlikeWhereThatIsWanted) {
@@ -136,6 +173,15 @@ TEST(Table, SetsCountAlikeWhereThatIsWanted) {
   };
   EXPECT_NEAR(value(*by_pairs), 17.7, 1e-9);
   EXPECT_NEAR(value(*by_sets), 10.2 + (45.0 / 7 + 3 + 6 + 9 + 12 + 15) / 6, 1e-9);
+  EXPECT_THAT(by_sets->notes, ::testing::Contains(HasSubstr("its 6 sets (1 to 7 pairs each)")));
+  EXPECT_THAT(by_sets->notes, ::testing::Contains(HasSubstr("Each set counts alike in the mean.")));
+  EXPECT_THAT(by_pairs->notes, Not(::testing::Contains(HasSubstr("counts alike"))));
+  for (Evaluation& evaluation : all) {  // Too few sets to be drawn: they count alike all the same.
+    for (size_t i = 7; i < 12; ++i) evaluation.images[i].pair_group = "few";
+  }
+  const auto two = MakeTable(all, {.weigh_groups = true});
+  ASSERT_TRUE(two.ok()) << two.status();
+  EXPECT_NEAR(value(*two), 10.2 + (45.0 / 7 + 45.0 / 5) / 2, 1e-9);
 }
 
 TEST(Table, ClassicalRowStandsBesideEachSeedOfTheBaseline) {

@@ -103,6 +103,8 @@ absl::StatusOr<Benchmark> OpenArchive(const std::string& dir) {
       if (!frame.passed) continue;
       BenchmarkPair pair;
       pair.name = FrameName(frame);
+      // Scenes of one number are the same rooms in variants that share a seed.
+      pair.group = fmt::format("scene_{:06}", frame.scene);
       pair.left = frame.dir + "/left.png";
       pair.right = frame.dir + "/right.png";
       pair.read_truth = [path = frame.dir] { return ReadFrameTruth(path); };

@@ -124,6 +124,23 @@ TEST(Plan, SaysWhichDifferencesAreSignificant) {
   EXPECT_TRUE(PowerOf(study, {}, {}, 1).empty());
 }
 
+TEST(Plan, GroupsOfPairsSayLessThanAsManyPairs) {
+  v1::StudySpec study = LoadStudy("table1").value();
+  study.mutable_train()->set_seeds(3);
+  study.mutable_evaluate();
+  ResolveTraining(&study);
+  const auto least = [&](const std::vector<int>& units, bool weigh_groups = false) {
+    study.mutable_evaluate()->set_weigh_groups(weigh_groups);
+    return PowerOf(study, {{"mine", {30, 640, 480, units}}}, {}).back().least_difference;
+  };
+  const std::vector<int> ones(30, 1), threes(10, 3), unequal = {1, 1, 1, 2, 5, 3, 16, 1};
+  EXPECT_DOUBLE_EQ(least(ones), least({}));
+  EXPECT_DOUBLE_EQ(least(threes), least(threes, true));
+  EXPECT_GT(least(threes), least({}));
+  EXPECT_GT(least(unequal), 1.03 * least(threes));
+  EXPECT_GT(least(unequal, true), least(unequal));  // Pairs that stand alone count most.
+}
+
 TEST(Plan, OwnPairsAreCountedAndPriced) {
   std::string dir = testing::TempDir() + "/plan_own_XXXXXX";
   ASSERT_NE(mkdtemp(dir.data()), nullptr);

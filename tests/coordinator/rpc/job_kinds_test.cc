@@ -46,7 +46,7 @@ TEST_F(JobKindsTest, AWorkerWithAnUnknownKindOrProtocolIsToldSo) {
       {[](v1::Hello& h) { h.add_kinds("bake"); }, absl::StatusCode::kInvalidArgument,
        "unknown kind of job 'bake'; there are: solve, render"},
       {[](v1::Hello& h) { h.set_protocol(1); }, absl::StatusCode::kFailedPrecondition,
-       "speaks work protocol 1, this coordinator speaks 2: give both the same release"},
+       "speaks work protocol 1, this coordinator speaks 3: give both the same release"},
   };
   for (const auto& c : cases) {
     v1::WorkerMessage message;

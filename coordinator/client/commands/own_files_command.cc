@@ -24,8 +24,8 @@ namespace {
 struct FileOptions {
   std::string file, out;
   uint64_t seed = 1;
-  std::string season;          // Of lands.
-  std::vector<double> size_m;  // Of rooms: width, depth and height, or none.
+  std::string season;          // The season of a land; empty: any.
+  std::vector<double> size_m;  // Width, depth and height of a room; empty: as indoor.yaml draws.
 };
 
 // The parts of the ground that a rule asks for: "slope, patches".
@@ -136,12 +136,13 @@ absl::StatusOr<ExitCode> DrawScene(const v1::SceneConfig& config, const FileOpti
 }
 
 absl::StatusOr<ExitCode> PrintAsJson(const google::protobuf::Message& message,
-                                     const std::string& file, Session& session) {
+                                     const FileOptions& options, Session& session) {
+  if (!options.out.empty()) return InvalidArgument("--json and --out: allowed is one of them");
   google::protobuf::util::JsonPrintOptions json;
   json.preserve_proto_field_names = true;
   std::string text;
   if (!google::protobuf::util::MessageToJsonString(message, &text, json).ok()) {
-    return Internal("{}: can't be written as JSON", file);
+    return Internal("{}: can't be written as JSON", options.file);
   }
   *session.out().stream << text << "\n";
   return kExitOk;
@@ -151,7 +152,7 @@ absl::StatusOr<ExitCode> PrintAsJson(const google::protobuf::Message& message,
 absl::StatusOr<ExitCode> ShowBiome(const FileOptions& options, Session& session) {
   const std::string& file = options.file;
   ASSIGN_OR_RETURN(const v1::Biome biome, LoadBiome(file));
-  if (session.options.json) return PrintAsJson(biome, file, session);
+  if (session.options.json) return PrintAsJson(biome, options, session);
   std::ostream& out = *session.out().stream;
   out << file << ": " << session.out().Paint(Tone::kGood, "ok") << ", land " << biome.name()
       << " on the landform " << biome.landform() << ", traced for "
@@ -185,7 +186,7 @@ std::string CountText(bool given, const v1::CountSpan& count, int most) {
 // Prints what a file of a kind of room was understood as.
 absl::StatusOr<ExitCode> ShowRoom(const FileOptions& options, Session& session) {
   ASSIGN_OR_RETURN(v1::RoomKind kind, LoadRoomKind(options.file));
-  if (session.options.json) return PrintAsJson(kind, options.file, session);
+  if (session.options.json) return PrintAsJson(kind, options, session);
   *session.out().stream << options.file << ": " << session.out().Paint(Tone::kGood, "ok")
                         << ", kind " << kind.name() << ", built like a "
                         << (kind.has_like() ? kind.like() : "living_room") << ", "

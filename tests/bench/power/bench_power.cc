@@ -30,7 +30,8 @@ struct Arguments {
   std::string dir, benchmark = "real";
   int rows = 13;
   double core_hours = 16, made_core_hours = 0;
-  double seed_core_s = 0;  // Of one training and its scores; 0: as train.json and scores say.
+  // Time of one training and its scores; 0: train.json and the scores have it.
+  double seed_core_s = 0;
   TableOptions table;
 };
 

@@ -132,7 +132,7 @@ absl::Status JobQueue::Impl::Open() {
   }
   RETURN_IF_ERROR(leased.status());
 
-  finisher_ = std::make_unique<Finisher>();
+  finisher_ = std::make_unique<Finisher>(options_.own_threads);
   Writer::Hooks hooks;
   hooks.published = [this](const Effects& effects) { news_.Publish(effects); };
   hooks.tick = [this] { return upkeep_->Tick(); };
@@ -320,6 +320,8 @@ absl::StatusOr<double> JobQueue::Tick() {
       }));
   return impl_->upkeep_->SecondsToNext(next);
 }
+
+bool JobQueue::Work() { return impl_->writer_->Work(); }
 
 // ---- Reads
 absl::StatusOr<v1::StudyStatus> JobQueue::GetStudy(StudyId study) {

@@ -50,6 +50,7 @@ struct UnsafeForTest {
   bool synchronous_off = false;  // The writer's PRAGMA synchronous = OFF.
   bool ignore_fences = false;    // Accept any report of a leased job as its holder's.
   bool keep_epoch = false;       // Keep the last epoch at a start.
+  bool keep_waiters = false;     // Leave jobs blocked whose waits are met.
 };
 
 // Options of a queue. The defaults are those of `coordinator serve`.
@@ -58,6 +59,9 @@ struct JobQueueOptions {
   Clock* clock = &Clock::System();  // Must outlive the queue.
   double lease_s = 60;              // Seconds without a heartbeat until a lease is lost.
   bool own_timer = true;  // Expire leases and end back-offs by itself. Tests call Tick() instead.
+  // Work on threads of its own. Without them, the thread that calls the queue does its work, in
+  // calls that wait and in Work().
+  bool own_threads = true;
   // Unfinished scenes of a variant that exist as rows; all later ones are a cursor.
   int scenes_ahead = 512;
   int max_batch = 512;          // Commands in one commit.
@@ -252,6 +256,9 @@ class JobQueue {
   // Expires leases and ends back-offs that are due. Returns the seconds until the next are due.
   // With own_timer, the queue calls it itself.
   absl::StatusOr<double> Tick();
+  // Without own_threads: commits the next group of what was accepted or is due, and calls back.
+  // Returns false if there was nothing to do.
+  bool Work();
 
   // ---- Reads: own connections, consistent snapshots, never wait for the writer
   absl::StatusOr<v1::StudyStatus> GetStudy(StudyId study);  // With spec.

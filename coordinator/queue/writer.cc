@@ -43,7 +43,7 @@ Writer::Writer(SqliteConnection& db, Machine& machine, const JobQueueOptions& op
       },
       this);
   stats_.jobs = machine_.tables().ledger.totals();
-  thread_ = std::thread([this] { Loop(); });
+  if (options_.own_threads) thread_ = std::thread([this] { Loop(); });
 }
 
 Writer::~Writer() {
@@ -52,7 +52,7 @@ Writer::~Writer() {
     stopping_ = true;
   }
   wake_.notify_all();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
   sqlite3_wal_hook(db_.raw(), nullptr, nullptr);
   db_.before_write = nullptr;
 }
@@ -113,7 +113,11 @@ std::vector<Writer::Command> Writer::NextGroup() {
       wake_.wait_for(lock, std::chrono::microseconds(50));
     }
   }
-  const size_t n = std::min(limit, queue_.size());
+  return TakeGroup(limit);
+}
+
+std::vector<Writer::Command> Writer::TakeGroup(size_t most) {
+  const size_t n = std::min(most, queue_.size());
   std::vector<Command> group;
   group.reserve(n);
   std::move(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(n),
@@ -125,20 +129,35 @@ std::vector<Writer::Command> Writer::NextGroup() {
 
 void Writer::Loop() {
   pthread_setname_np(pthread_self(), "queue-writer");  // For top and perf.
-  auto last_tick = std::chrono::steady_clock::now();
+  last_tick_ = std::chrono::steady_clock::now();
   for (;;) {
     std::vector<Command> group = NextGroup();
     {
       const std::lock_guard lock(mutex_);
       if (stopping_ && group.empty() && queue_.empty()) return;
     }
-    const auto now = std::chrono::steady_clock::now();
-    if (hooks_.tick_s > 0 && now - last_tick >= Seconds(hooks_.tick_s)) {
-      last_tick = now;
-      if (hooks_.due()) group.push_back({"tick", hooks_.tick, nullptr});
-    }
-    if (!group.empty() || expand_more_) RunGroup(group);
+    RunNext(std::move(group), std::chrono::steady_clock::now());
   }
+}
+
+bool Writer::Work() {
+  std::vector<Command> group;
+  {
+    const std::lock_guard lock(mutex_);
+    group = TakeGroup(static_cast<size_t>(std::max(1, options_.max_batch)));
+  }
+  return RunNext(std::move(group), options_.clock->Steady());
+}
+
+// Runs a group, with a tick if it is time for one. False if there was nothing to do.
+bool Writer::RunNext(std::vector<Command> group, SteadyTime now) {
+  if (hooks_.tick_s > 0 && now - last_tick_ >= Seconds(hooks_.tick_s)) {
+    last_tick_ = now;
+    if (hooks_.due()) group.push_back({"tick", hooks_.tick, nullptr});
+  }
+  if (group.empty() && !expand_more_) return false;
+  RunGroup(group);
+  return true;
 }
 
 void Writer::RunGroup(std::vector<Command>& group) {

@@ -72,12 +72,17 @@ class Writer {
   // Thread-safe. Errors: those of `apply`; the commit's.
   template <typename Apply>
   auto Do(const char* name, const Apply& apply) -> decltype(apply());
+  // Without a thread of its own: runs the next group, on the caller's. Returns false if there is
+  // none.
+  bool Work();
   // Sets the figures of the writer and the numbers of jobs. Thread-safe.
   void AddStats(JobQueueStats& stats) const;
 
  private:
   void Loop();
   std::vector<Command> NextGroup();  // Empty if it is time for a tick, more scenes or the end.
+  std::vector<Command> TakeGroup(size_t most);  // Requires mutex_.
+  bool RunNext(std::vector<Command> group, SteadyTime now);
   void RunGroup(std::vector<Command>& group);
   absl::Status Begin();
   absl::Status ApplyGroup(std::vector<Command>& group, std::vector<absl::Status>& results);
@@ -96,6 +101,7 @@ class Writer {
   bool half_done_ = false;   // A command without SAVEPOINT failed after it had written.
   bool expand_more_ = true;
   size_t last_group_ = 0;
+  SteadyTime last_tick_{};
   int wal_pages_ = 0;
   int checkpointed_at_ = 0;
 
@@ -117,7 +123,8 @@ auto Writer::Do(const char* name, const Apply& apply) -> decltype(apply()) {
              if (!status.ok()) result = status;
              answered.release();
            }});
-  answered.acquire();
+  while (!options_.own_threads && !answered.try_acquire()) Work();
+  if (options_.own_threads) answered.acquire();
   return result;
 }
 

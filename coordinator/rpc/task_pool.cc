@@ -27,6 +27,18 @@ void TaskPool::Run(std::function<void()> task) {
   work_.notify_one();
 }
 
+bool TaskPool::RunNext() {
+  std::function<void()> task;
+  {
+    std::lock_guard lock(mu_);
+    if (tasks_.empty()) return false;
+    task = std::move(tasks_.front());
+    tasks_.pop_front();
+  }
+  task();
+  return true;
+}
+
 void TaskPool::Loop() {
   pthread_setname_np(pthread_self(), "rpc-pool");
   while (true) {

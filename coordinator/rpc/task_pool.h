@@ -21,6 +21,9 @@ class TaskPool {
   void Start();
   // Accepts a task; a thread will run it.
   void Run(std::function<void()> task);
+  // Runs the oldest task on the caller's thread, for a pool without threads. Returns false if there
+  // is none.
+  bool RunNext();
 
  private:
   void Loop();

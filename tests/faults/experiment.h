@@ -20,10 +20,12 @@ struct ExperimentOptions {
   uint64_t seed = 1;
   bool full = false;     // Every point instead of a sample.
   int64_t jobs = 0;      // 0: the experiment's own.
-  double seconds = 0;    // invariance: how long the chaos lasts; 0: the experiment's own.
+  double seconds = 0;    // How long the chaos lasts; 0: the experiment's own.
   int64_t rows = 0;      // kill-coordinator: jobs that the database holds before.
   std::string sabotage;  // A guard to switch off; see controls.
   std::string old_bin;   // versions: folder with programs of an older release.
+  std::string seeds;     // simulate: "5..9".
+  bool trace = false;    // simulate: tell the story of one seed.
 };
 
 struct Tally {
@@ -57,6 +59,8 @@ void Partitions(const ExperimentOptions& options, Tally& tally);
 void ClockJumps(const ExperimentOptions& options, Tally& tally);
 void Poison(const ExperimentOptions& options, Tally& tally);
 void Invariance(const ExperimentOptions& options, Tally& tally);
+void Simulate(const ExperimentOptions& options, Tally& tally);
+void SimulateControls(const ExperimentOptions& options, Tally& tally);
 void Strangers(const ExperimentOptions& options, Tally& tally);
 void InvarianceOfWaits(const ExperimentOptions& options, Tally& tally);  // A part of it.
 

@@ -37,6 +37,9 @@ const Entry kExperiments[] = {
     {"versions", "9: an older release's worker and database; with --old, its programs under load",
      Versions},
     {"strangers", "11: crowds, endless requests and slow callers at both ports", Strangers},
+    {"simulate", "12: the whole job system in one thread, decided by a seed", Simulate},
+    {"simulate-controls", "12: switches guards off; each must be found within 200 seeds",
+     SimulateControls},
     {"power-cut", "2: power cuts; what was not synced is lost in part and out of order", PowerCut},
 };
 
@@ -92,7 +95,11 @@ int Main(int argc, char** argv) {
         "--old", options.old_bin,
         "versions: folder with `coordinator` and `noop_worker` of an older release");
     command->add_option("--seconds", options.seconds,
-                        "invariance: seconds of kills and stops (default 20)");
+                        "invariance: seconds of kills and stops (default 20); simulate: run kept "
+                        "seeds, then new ones for so long");
+    command->add_option("--seeds", options.seeds,
+                        "simulate: the first and the last, as in 1..1000");
+    command->add_flag("--trace", options.trace, "simulate: tell what happens with --seed");
     command->add_option("--rows", options.rows, "kill-coordinator: jobs in the database before");
     return command;
   };

@@ -37,6 +37,7 @@ struct World {
   // Guarded by mu.
   VfsPlan plan;
   int64_t operations = 0;
+  bool ended = false;
   std::map<std::string, FileState> files;
 };
 World& TheWorld() {
@@ -99,20 +100,27 @@ void LosePower(const std::string& path, const FileState& state, Rng& rng) {
   close(fd);
 }
 
-// Requires mu. Does not return when the time has come.
-void CountOperation(World& world) {
-  ++world.operations;
-  if (world.operations != world.plan.die_at) return;
-  if (world.plan.lose_unsynced) {
+// Requires mu.
+void End(World& world, bool lose_unsynced) {
+  if (lose_unsynced) {
     Rng rng(SceneSeed{world.plan.seed}, "power-cut");
     for (const auto& [path, state] : world.files) LosePower(path, state, rng);
   }
-  raise(SIGKILL);
+  if (!world.plan.in_process) raise(SIGKILL);
+  world.ended = true;
+}
+
+// Requires mu. False when the machine has ended, with this operation or before.
+bool CountOperation(World& world) {
+  if (world.ended) return false;
+  if (++world.operations == world.plan.die_at) End(world, world.plan.lose_unsynced);
+  return !world.ended;
 }
 
 int Write(sqlite3_file* file, const void* bytes, int amount, sqlite3_int64 offset) {
   World& world = TheWorld();
   const std::lock_guard lock(world.mu);
+  if (world.ended) return SQLITE_IOERR_WRITE;
   FileState& state = world.files[Shim(file)->path];
   if (world.plan.lose_unsynced) {
     Change change;
@@ -127,14 +135,15 @@ int Write(sqlite3_file* file, const void* bytes, int amount, sqlite3_int64 offse
     change.after.assign(static_cast<const char*>(bytes), static_cast<size_t>(amount));
     state.unsynced.push_back(std::move(change));
   }
-  CountOperation(
-      world);  // The write at which it ends counts as under way: it may be there in part.
+  // The write at which it ends counts as under way: it may be there in part.
+  if (!CountOperation(world)) return SQLITE_IOERR_WRITE;
   return Real(file)->pMethods->xWrite(Real(file), bytes, amount, offset);
 }
 
 int Truncate(sqlite3_file* file, sqlite3_int64 size) {
   World& world = TheWorld();
   const std::lock_guard lock(world.mu);
+  if (world.ended) return SQLITE_IOERR_TRUNCATE;
   FileState& state = world.files[Shim(file)->path];
   if (world.plan.lose_unsynced) {
     Change change;
@@ -149,14 +158,14 @@ int Truncate(sqlite3_file* file, sqlite3_int64 size) {
     }
     state.unsynced.push_back(std::move(change));
   }
-  CountOperation(world);
+  if (!CountOperation(world)) return SQLITE_IOERR_TRUNCATE;
   return Real(file)->pMethods->xTruncate(Real(file), size);
 }
 
 int Sync(sqlite3_file* file, int) {
   World& world = TheWorld();
   const std::lock_guard lock(world.mu);
-  CountOperation(world);
+  if (!CountOperation(world)) return SQLITE_IOERR_FSYNC;
   // The real one would only cost time: it is this file that decides what survives.
   FileState& state = world.files[Shim(file)->path];
   state.unsynced.clear();
@@ -234,7 +243,7 @@ int Open(sqlite3_vfs* vfs, sqlite3_filename name, sqlite3_file* file, int flags,
 int Delete(sqlite3_vfs* vfs, const char* name, int sync_folder) {
   World& world = TheWorld();
   const std::lock_guard lock(world.mu);
-  CountOperation(world);
+  if (!CountOperation(world)) return SQLITE_IOERR_DELETE;
   world.files.erase(name);
   return RealVfs(vfs)->xDelete(RealVfs(vfs), name, sync_folder);
 }
@@ -267,6 +276,7 @@ void SetVfsPlan(const VfsPlan& plan) {
   const std::lock_guard lock(world.mu);
   world.plan = plan;
   world.operations = 0;
+  world.ended = false;
   world.files.clear();
 }
 
@@ -274,6 +284,18 @@ int64_t VfsOperations() {
   World& world = TheWorld();
   const std::lock_guard lock(world.mu);
   return world.operations;
+}
+
+void EndVfs(bool lose_unsynced) {
+  World& world = TheWorld();
+  const std::lock_guard lock(world.mu);
+  if (!world.ended) End(world, lose_unsynced);
+}
+
+bool VfsHasEnded() {
+  World& world = TheWorld();
+  const std::lock_guard lock(world.mu);
+  return world.ended;
 }
 
 }  // namespace parallax::faults

@@ -62,7 +62,8 @@ class AgentImpl final : public Agent {
         folders_(
             {.store_uri = options.store_uri, .staging = outbox_->staging(), .worker = options.name},
             channel),
-        link_(options_, *coordinator_, clock, Rng(SeedOf(options.name), "agent/reconnect"),
+        port_(*coordinator_),
+        link_(options_, port_, clock, Rng(SeedOf(options.name), "agent/reconnect"),
               {[this] { control_.Wake(); }, [this] { reports_.SetCoordinator(std::nullopt); }}),
         departure_({options.grace_s, options.long_grace_s, options.hand_back_s}),
         reports_(options.reports, *outbox_, *coordinator_, clock,
@@ -375,6 +376,7 @@ class AgentImpl final : public Agent {
 
   // Run()'s own.
   AttemptFolders folders_;
+  GrpcPort port_;
   CoordinatorLink link_;
   Departure departure_;
   bool store_gone_ = false;

@@ -12,10 +12,11 @@ Finisher::~Finisher() {
     stopping_ = true;
   }
   wake_.notify_one();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 void Finisher::Enqueue(Turn turn, std::function<void()> task) {
+  if (!thread_.joinable()) return task();
   {
     const std::lock_guard lock(mutex_);
     (turn == Turn::kFirst ? first_ : after_those_).push_back(std::move(task));

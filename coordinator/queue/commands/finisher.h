@@ -16,7 +16,10 @@ class Finisher {
   // idle, whereas a worker that reports is already at its next job.
   enum class Turn { kFirst, kAfterThose };
 
-  Finisher() : thread_([this] { Loop(); }) {}
+  // Without a thread of its own, tasks run in Enqueue.
+  explicit Finisher(bool own_thread) {
+    if (own_thread) thread_ = std::thread([this] { Loop(); });
+  }
   ~Finisher();  // Runs all accepted tasks.
 
   // Accepts a task. Tasks of one turn run in the order in which they were accepted.

@@ -38,19 +38,21 @@ struct Outgoing {
 
 class Dispatcher::Impl {
  public:
-  Impl(JobQueue& queue, TaskPool& pool, Clock& clock, double reconnect_grace_s)
+  Impl(JobQueue& queue, TaskPool& pool, Clock& clock, double reconnect_grace_s, bool own_thread)
       : queue_(queue),
         pool_(pool),
         clock_(clock),
         check_every_s_(std::min(0.25, GraceOf(queue, reconnect_grace_s) / 4)),
-        fleet_(queue, queue.lease_s(), GraceOf(queue, reconnect_grace_s)) {
+        fleet_(queue, queue.lease_s(), GraceOf(queue, reconnect_grace_s)),
+        look_at_(SecondsAfter(clock.Steady(), kLookAgain_s)),
+        check_at_(clock.Steady()) {
     auto drains = queue.Drains();
     if (drains.ok()) {
       fleet_.SetDrains(*std::move(drains));
     } else {
       LogError("orders to drain are not known", {{"error", drains.status()}});
     }
-    thread_ = std::thread([this] { Loop(); });
+    if (own_thread) thread_ = std::thread([this] { Loop(); });
   }
 
   absl::Status Join(const std::shared_ptr<WorkerLink>& link, const v1::Hello& hello,
@@ -152,9 +154,14 @@ class Dispatcher::Impl {
       stopping_ = true;
       inbox_->Poke();
     }
-    thread_.join();
+    if (thread_.joinable()) thread_.join();
     std::lock_guard lock(mu_);
     fleet_.CloseAll(Unavailable("the coordinator is stopping"));
+  }
+
+  SteadyTime Work() {
+    Round(clock_.Steady());
+    return NextLook();
   }
 
   void OnWorkReady() { inbox_->WorkIsReady(); }
@@ -196,33 +203,36 @@ class Dispatcher::Impl {
   // ---- The dispatcher's thread
   void Loop() {
     pthread_setname_np(pthread_self(), "dispatcher");
-    SteadyTime look_at = SecondsAfter(clock_.Steady(), kLookAgain_s);
-    SteadyTime check_at = clock_.Steady();
-    while (true) {
-      std::deque<LeaseNote> notes;
-      const bool work_ready = inbox_->Take(std::min(look_at, check_at), &notes);
-      std::vector<Outgoing> outbox;
-      const bool over = Turn(notes, work_ready, &look_at, &check_at, &outbox);
-      // Writes to hundreds of sockets; callers with credit or heartbeats don't wait for it.
-      for (Outgoing& outgoing : outbox) outgoing.link->Send(std::move(outgoing.message));
-      if (over) return;
-    }
+    while (!Round(NextLook())) continue;
+  }
+
+  SteadyTime NextLook() const { return std::min(look_at_, check_at_); }
+
+  // Does all that is due when there is news, at the latest at `until`. Returns true if it was the
+  // last round.
+  bool Round(SteadyTime until) {
+    std::deque<LeaseNote> notes;
+    const bool work_ready = inbox_->Take(until, &notes);
+    std::vector<Outgoing> outbox;
+    const bool over = Turn(notes, work_ready, &outbox);
+    // Writes to hundreds of sockets; callers with credit or heartbeats don't wait for it.
+    for (Outgoing& outgoing : outbox) outgoing.link->Send(std::move(outgoing.message));
+    return over;
   }
 
   // Does all that is due now. Returns true if it was the last turn.
-  bool Turn(std::deque<LeaseNote>& notes, bool work_ready, SteadyTime* look_at,
-            SteadyTime* check_at, std::vector<Outgoing>* outbox) {
+  bool Turn(std::deque<LeaseNote>& notes, bool work_ready, std::vector<Outgoing>* outbox) {
     std::lock_guard lock(mu_);
     TakeNewDrains();
     for (LeaseNote& note : notes) Handle(note, outbox);
     const SteadyTime now = clock_.Steady();
-    if (now >= *look_at) {
-      *look_at = SecondsAfter(now, kLookAgain_s);
+    if (now >= look_at_) {
+      look_at_ = SecondsAfter(now, kLookAgain_s);
       work_ready = true;
     }
     if (work_ready) NewRound(now);
-    if (now >= *check_at) {
-      *check_at = SecondsAfter(now, check_every_s_);
+    if (now >= check_at_) {
+      check_at_ = SecondsAfter(now, check_every_s_);
       for (const std::string& lost : fleet_.CheckPresence(now)) {
         ForfeitLeases(queue_, pool_, lost, /*drained=*/false);
       }
@@ -357,11 +367,16 @@ class Dispatcher::Impl {
   CountHistogram latency_s_{{0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5}};
   double latency_sum_s_ = 0;
 
+  // Used by the dispatcher's thread alone.
+  SteadyTime look_at_;
+  SteadyTime check_at_;
+
   std::thread thread_;
 };
 
-Dispatcher::Dispatcher(JobQueue& queue, TaskPool& pool, Clock& clock, double reconnect_grace_s)
-    : impl_(std::make_unique<Impl>(queue, pool, clock, reconnect_grace_s)) {}
+Dispatcher::Dispatcher(JobQueue& queue, TaskPool& pool, Clock& clock, double reconnect_grace_s,
+                       bool own_thread)
+    : impl_(std::make_unique<Impl>(queue, pool, clock, reconnect_grace_s, own_thread)) {}
 Dispatcher::~Dispatcher() { impl_->Stop(); }
 absl::Status Dispatcher::Join(
     const std::shared_ptr<WorkerLink>& link, const v1::Hello& hello,
@@ -387,6 +402,7 @@ std::vector<v1::WorkerStatus> Dispatcher::Workers() const { return impl_->Worker
 std::vector<WorkerGroup> Dispatcher::WorkerGroups() const { return impl_->WorkerGroups(); }
 ServerMetrics Dispatcher::Metrics() const { return impl_->Metrics(); }
 void Dispatcher::Stop() { impl_->Stop(); }
+SteadyTime Dispatcher::Work() { return impl_->Work(); }
 void Dispatcher::OnWorkReady() { impl_->OnWorkReady(); }
 void Dispatcher::OnDrains(const std::vector<v1::DrainOrder>& drains) { impl_->OnDrains(drains); }
 std::vector<std::string> Dispatcher::ConnectedLike(const std::string& pattern) const {

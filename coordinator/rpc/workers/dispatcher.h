@@ -6,6 +6,7 @@
 // So a thousand idle workers do not rush to the queue for one job.
 //
 // Thread-safe. One thread of its own sends all leases; the queue's thread only leaves notes for it.
+// Without that thread, Work() does its part.
 #pragma once
 
 #include <functional>
@@ -28,7 +29,8 @@ class Dispatcher final : public JobQueueObserver {
  public:
   // Becomes the queue's observer. All arguments must outlive the dispatcher. A worker whose stream
   // broke is lost after `reconnect_grace_s` seconds.
-  Dispatcher(JobQueue& queue, TaskPool& pool, Clock& clock, double reconnect_grace_s);
+  Dispatcher(JobQueue& queue, TaskPool& pool, Clock& clock, double reconnect_grace_s,
+             bool own_thread = true);
   ~Dispatcher() override;  // Calls Stop().
 
   // Registers a worker: adopts the attempts that it rightly holds, and closes an older stream of
@@ -54,6 +56,10 @@ class Dispatcher final : public JobQueueObserver {
   ServerMetrics Metrics() const;                  // Without `reports`, `stages` and `work`.
   // Returns the connected workers whose names match the pattern; see CheckDrain.
   std::vector<std::string> ConnectedLike(const std::string& pattern) const;
+
+  // Without a thread of its own: does all that is due now. Returns when it must be called again,
+  // if nothing happens before.
+  SteadyTime Work();
 
   // Stops leasing: waits for the queue's pending answers, gives the leases in them back and closes
   // all links. Idempotent.

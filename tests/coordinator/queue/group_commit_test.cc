@@ -63,5 +63,29 @@ TEST_F(GroupCommit, ACommandThatIsRefusedBeforeItWritesCostsItsGroupNothing) {
   EXPECT_EQ(WorkOff(AnyWorker("w")), 4);
 }
 
+TEST_F(GroupCommit, WithoutThreadsOfItsOwnTheCallersThreadDoesTheWork) {
+  queue_.reset();
+  options_.own_threads = false;
+  options_.max_batch = 2;
+  Reopen();
+  Submit({.pairs = 3, .rigs_per_scene = 1});
+  const std::vector<v1::Lease> solves = Lease(Solver("s"), 3);
+  ASSERT_EQ(solves.size(), 3u);
+  int answered = 0;
+  for (const v1::Lease& lease : solves) {
+    queue_->CompleteAsync(SolveAnswer(lease, "s"), "", [&](absl::StatusOr<v1::ReportOutcome> end) {
+      EXPECT_TRUE(end.ok() && *end == v1::REPORT_OUTCOME_OK);
+      ++answered;
+    });
+  }
+  EXPECT_EQ(answered, 0);
+  EXPECT_TRUE(queue_->Work());
+  EXPECT_EQ(answered, 2) << "a group";
+  EXPECT_TRUE(queue_->Work());
+  EXPECT_EQ(answered, 3);
+  EXPECT_FALSE(queue_->Work()) << "nothing is left";
+  EXPECT_EQ(Lease(Renderer("r"), 9).size(), 3u);
+}
+
 }  // namespace
 }  // namespace parallax

@@ -1,14 +1,11 @@
 #include "worker/agent/session/coordinator_link.h"
 
-#include <grpcpp/grpcpp.h>
-
 #include <algorithm>
 #include <utility>
 
 #include "common/base/seconds.h"
 #include "common/base/system/log.h"
 #include "common/base/version.h"
-#include "common/rpc/grpc_status.h"
 
 namespace parallax {
 namespace {
@@ -35,10 +32,10 @@ bool IsFatal(absl::StatusCode code) {
 
 }  // namespace
 
-CoordinatorLink::CoordinatorLink(const AgentOptions& options, v1::Coordinator::Stub& coordinator,
-                                 Clock& clock, Rng rng, Hooks hooks)
+CoordinatorLink::CoordinatorLink(const AgentOptions& options, CoordinatorPort& port, Clock& clock,
+                                 Rng rng, Hooks hooks)
     : options_(options),
-      coordinator_(coordinator),
+      port_(port),
       clock_(clock),
       hooks_(std::move(hooks)),
       backoff_(std::move(rng), Seconds(options.backoff_base_s), Seconds(options.backoff_cap_s)),
@@ -46,9 +43,7 @@ CoordinatorLink::CoordinatorLink(const AgentOptions& options, v1::Coordinator::S
 
 bool CoordinatorLink::Meet() {
   v1::GetInfoReply info;
-  grpc::ClientContext context;
-  SetRpcTimeout(context, Seconds(options_.connect_timeout_s));
-  const absl::Status status = FromGrpc(coordinator_.GetInfo(&context, v1::GetInfoRequest(), &info));
+  const absl::Status status = port_.GetInfo(options_.connect_timeout_s, &info);
   // Before the first success, a wrong certificate is reported at once and not waited for.
   if (absl::IsUnavailable(status) && coordinator_id_.empty()) {
     if (absl::Status why = ExplainRpcSecurity(options_.coordinator, options_.security); !why.ok()) {
@@ -72,20 +67,20 @@ bool CoordinatorLink::Meet() {
 }
 
 void CoordinatorLink::Open(const std::vector<v1::Progress>& held) {
-  session_ = WorkSession::Open(coordinator_, {[this](v1::CoordinatorMessage message) {
-                                                {
-                                                  std::lock_guard lock(mu_);
-                                                  inbox_.messages.push_back(std::move(message));
-                                                }
-                                                hooks_.wake();
-                                              },
-                                              [this](absl::Status end) {
-                                                {
-                                                  std::lock_guard lock(mu_);
-                                                  inbox_.end = std::move(end);
-                                                }
-                                                hooks_.wake();
-                                              }});
+  session_ = port_.Open({[this](v1::CoordinatorMessage message) {
+                           {
+                             std::lock_guard lock(mu_);
+                             inbox_.messages.push_back(std::move(message));
+                           }
+                           hooks_.wake();
+                         },
+                         [this](absl::Status end) {
+                           {
+                             std::lock_guard lock(mu_);
+                             inbox_.end = std::move(end);
+                           }
+                           hooks_.wake();
+                         }});
   sent_at_.clear();
   hello_at_ = clock_.Steady();
   SendHello(held);

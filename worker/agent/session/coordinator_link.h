@@ -17,7 +17,7 @@
 
 #include "common/base/status.h"
 #include "common/base/system/clock.h"
-#include "parallax/v1/service.grpc.pb.h"
+#include "parallax/v1/service.pb.h"
 #include "worker/agent/agent.h"
 #include "worker/agent/session/backoff.h"
 #include "worker/agent/session/work_session.h"
@@ -32,9 +32,9 @@ class CoordinatorLink {
     std::function<void()> on_break;  // A session is over or did not come about.
   };
 
-  // `options`, `coordinator` and `clock` outlive the link. `rng` draws the waits between tries.
-  CoordinatorLink(const AgentOptions& options, v1::Coordinator::Stub& coordinator, Clock& clock,
-                  Rng rng, Hooks hooks);
+  // `options`, `port` and `clock` outlive the link. `rng` draws the waits between tries.
+  CoordinatorLink(const AgentOptions& options, CoordinatorPort& port, Clock& clock, Rng rng,
+                  Hooks hooks);
   ~CoordinatorLink() { Close(); }
 
   bool IsOpen() const { return session_ != nullptr; }
@@ -93,7 +93,7 @@ class CoordinatorLink {
   void Break(const absl::Status& status);
 
   const AgentOptions& options_;
-  v1::Coordinator::Stub& coordinator_;
+  CoordinatorPort& port_;
   Clock& clock_;
   const Hooks hooks_;
 

@@ -6,17 +6,19 @@
 #include <deque>
 #include <mutex>
 
+#include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 
 namespace parallax {
 
+namespace {
+
 // Its context holds the channel, and the thread that releases the last channel joins gRPC's
 // callback threads. So it must not be destroyed on one of those: the session's owner waits for
 // OnDone and destroys it.
-class WorkSession::Stream final
-    : public grpc::ClientBidiReactor<v1::WorkerMessage, v1::CoordinatorMessage> {
+class Stream final : public grpc::ClientBidiReactor<v1::WorkerMessage, v1::CoordinatorMessage> {
  public:
-  explicit Stream(Events events) : events_(std::move(events)) {}
+  explicit Stream(WorkSession::Events events) : events_(std::move(events)) {}
 
   void Start(v1::Coordinator::Stub& coordinator) {
     coordinator.async()->Work(&context_, this);
@@ -100,7 +102,7 @@ class WorkSession::Stream final
     }
   }
 
-  const Events events_;
+  const WorkSession::Events events_;
   grpc::ClientContext context_;
   v1::CoordinatorMessage incoming_;
   const std::shared_ptr<Done> done_ = std::make_shared<Done>();
@@ -114,20 +116,33 @@ class WorkSession::Stream final
   bool closed_ = false;
 };
 
+class GrpcSession final : public WorkSession {
+ public:
+  GrpcSession(v1::Coordinator::Stub& coordinator, Events events) : stream_(std::move(events)) {
+    stream_.Start(coordinator);
+  }
+  ~GrpcSession() override {
+    stream_.Cancel();
+    stream_.WaitUntilDone();
+  }
+  void Send(v1::WorkerMessage message) override { stream_.Send(std::move(message)); }
+  void Finish() override { stream_.Finish(); }
+  void Cancel() override { stream_.Cancel(); }
+
+ private:
+  Stream stream_;
+};
+
+}  // namespace
+
 std::unique_ptr<WorkSession> WorkSession::Open(v1::Coordinator::Stub& coordinator, Events events) {
-  auto stream = std::make_unique<Stream>(std::move(events));
-  stream->Start(coordinator);
-  return std::unique_ptr<WorkSession>(new WorkSession(std::move(stream)));
+  return std::make_unique<GrpcSession>(coordinator, std::move(events));
 }
 
-WorkSession::WorkSession(std::unique_ptr<Stream> stream) : stream_(std::move(stream)) {}
-
-WorkSession::~WorkSession() {
-  stream_->Cancel();
-  stream_->WaitUntilDone();
+absl::Status GrpcPort::GetInfo(double timeout_s, v1::GetInfoReply* info) {
+  grpc::ClientContext context;
+  SetRpcTimeout(context, std::chrono::duration<double>(timeout_s));
+  return FromGrpc(coordinator_.GetInfo(&context, v1::GetInfoRequest(), info));
 }
-void WorkSession::Send(v1::WorkerMessage message) { stream_->Send(std::move(message)); }
-void WorkSession::Finish() { stream_->Finish(); }
-void WorkSession::Cancel() { stream_->Cancel(); }
 
 }  // namespace parallax

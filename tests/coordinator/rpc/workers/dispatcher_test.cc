@@ -7,7 +7,7 @@
 #include "common/config/check/limits.h"
 #include "coordinator/rpc/reply_size.h"
 #include "coordinator/rpc/validation.h"
-#include "tests/folder_test.h"
+#include "tests/coordinator/queue/queue_fixture.h"
 
 namespace parallax {
 namespace {
@@ -77,6 +77,45 @@ TEST_F(DispatcherTest, AListOfTheMostWorkersIsOneReply) {
   for (size_t i = 0; i < kMostKinds; ++i) longest.add_kinds(std::string(32, 'k'));
   longest.set_state("suspended");
   EXPECT_LT((longest.ByteSizeLong() + 16) * kMostWorkers, kMaxReplyBytes);
+}
+
+class ListeningLink final : public WorkerLink {
+ public:
+  void Send(v1::CoordinatorMessage message) override { leases += message.has_lease() ? 1 : 0; }
+  void Close(const absl::Status&, bool) override {}
+  int leases = 0;
+};
+
+TEST_F(DispatcherTest, WithoutAThreadOfItsOwnItLeasesWhenItIsCalled) {
+  queue_->SetObserver(nullptr);
+  dispatcher_.reset();
+  pool_.reset();
+  queue_.reset();
+  queue_ = *JobQueue::Open({.db_path = dir_ + "/calm.db", .own_threads = false});
+  TaskPool pool(0);
+  Dispatcher dispatcher(*queue_, pool, Clock::System(), 60, /*own_thread=*/false);
+  queue_->SetObserver(&dispatcher);
+  ASSERT_TRUE(queue_->Submit(MakeStudy({.pairs = 3, .rigs_per_scene = 1}), "tester").ok());
+  const auto link = std::make_shared<ListeningLink>();
+  v1::Hello hello;
+  hello.set_name("w");
+  hello.add_kinds("solve");
+  hello.set_slots(2);
+  ASSERT_TRUE(dispatcher.Join(link, hello, [](const auto&) {}).ok());
+  v1::Credit credit;
+  credit.set_jobs(2);
+  dispatcher.AddCredit("w", link.get(), credit);
+  dispatcher.Work();
+  EXPECT_TRUE(queue_->Work()) << "it has asked";
+  EXPECT_EQ(link->leases, 0);
+  EXPECT_GT(dispatcher.Work(), Clock::System().Steady());
+  EXPECT_EQ(link->leases, 2);
+
+  bool ran = false;
+  pool.Run([&] { ran = true; });
+  EXPECT_TRUE(pool.RunNext() && ran);
+  EXPECT_FALSE(pool.RunNext());
+  queue_->SetObserver(nullptr);
 }
 
 }  // namespace

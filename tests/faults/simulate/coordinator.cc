@@ -1,0 +1,228 @@
+#include "tests/faults/simulate/coordinator.h"
+
+#include <sqlite3.h>
+
+#include <utility>
+
+#include "coordinator/rpc/validation.h"
+#include "tests/faults/life.h"
+#include "tests/faults/power_cut_vfs.h"
+
+namespace parallax::faults {
+namespace {
+
+// Thrown where the queue would end the process.
+struct ProcessEnds {};
+
+constexpr double kTicksPerLease = 20;
+
+Rng DriftOf(const World& world) { return world.rng.Child("coordinator"); }
+
+double Rate(Rng rng, double drift) { return 1 + drift * rng.Uniform(-1, 1); }
+
+}  // namespace
+
+SimCoordinator::SimCoordinator(World& world, const std::string& folder)
+    : world_(world),
+      folder_(folder),
+      clock_(world.schedule, Rate(DriftOf(world), world.knobs.drift)),
+      model_({.lease_s = world.knobs.queue.lease_s,
+              .grace_s = std::min(world.knobs.queue.lease_s, world.knobs.reconnect_grace_s),
+              .slack_s = 8 * world.knobs.turn_s},
+             clock_),
+      dice_(world.rng.Child("coordinator/events")) {
+  RegisterPowerCutVfs();
+  // Random numbers of SQLite become the same for the same seed.
+  sqlite3_test_control(SQLITE_TESTCTRL_PRNG_SEED, static_cast<int>(world.seed % 0x7fffffff) + 1,
+                       nullptr);
+  sqlite3_randomness(0, nullptr);
+}
+
+SimCoordinator::~SimCoordinator() {
+  life_.reset();
+  SetVfsPlan({});
+}
+
+void SimCoordinator::Start() {
+  if (is_up()) return;
+  ++lives_;
+  VfsPlan plan{.lose_unsynced = true, .seed = dice_.Bits64(), .in_process = true};
+  // Half of the lives end at one of the operations on files, if they come so far.
+  if (world_.has_faults && world_.knobs.coordinator_life_s > 0 && dice_.Bernoulli(0.5)) {
+    plan.die_at = dice_.UniformInt(1, dice_.Bernoulli(0.3) ? 60 : 3000);
+    plan.lose_unsynced = dice_.Bernoulli(world_.knobs.power_cut_p);
+  }
+  SetVfsPlan(plan);
+  try {
+    OpenQueue();
+  } catch (const ProcessEnds&) {
+  }
+  if (VfsHasEnded()) return Bury("dies in its start");
+  if (!is_up()) return;
+  model_.Started(queue().epoch());
+  world_.story.Tell("coordinator: starts, epoch {:x}", queue().epoch());
+  const int life = lives_;
+  if (world_.has_faults && world_.knobs.coordinator_life_s > 0) {
+    world_.schedule.After(world_.Next(world_.knobs.coordinator_life_s), [this, life] {
+      if (world_.has_faults && Lives(life)) Die(dice_.Bernoulli(world_.knobs.power_cut_p));
+    });
+  }
+  TickLater(life);
+  Enter([this] { model_.Compare(queue(), /*at_end=*/false); });
+}
+
+void SimCoordinator::OpenQueue() {
+  JobQueueOptions options = world_.knobs.queue;
+  options.db_path = folder_ + "/queue.db";
+  options.vfs = kPowerCutVfs;
+  options.clock = &clock_;
+  options.kinds = &Kinds();
+  options.on_fatal = [](const absl::Status&) { throw ProcessEnds(); };
+  options.unsafe_for_test.ignore_fences = world_.mutation == Mutation::kNoFenceCheck;
+  options.unsafe_for_test.keep_epoch = world_.mutation == Mutation::kKeepEpoch;
+  options.unsafe_for_test.synchronous_off = world_.mutation == Mutation::kSynchronousOff;
+  options.unsafe_for_test.keep_waiters = world_.mutation == Mutation::kKeepWaiters;
+  auto life = std::make_unique<Life>();
+  auto queue = JobQueue::Open(options);
+  if (!queue.ok()) {
+    if (!VfsHasEnded()) model_.Complain("no start: " + queue.status().ToString());
+    return;
+  }
+  life->queue = *std::move(queue);
+  life->dispatcher = std::make_unique<Dispatcher>(
+      *life->queue, life->pool, clock_, world_.knobs.reconnect_grace_s, /*own_thread=*/false);
+  life->queue->SetObserver(this);
+  life_ = std::move(life);
+}
+
+void SimCoordinator::Die(bool power_cut) {
+  EndVfs(power_cut);
+  Bury(power_cut ? "loses its power" : "is killed");
+}
+
+// The machine's files are as its end left them. What the process still does changes nothing.
+void SimCoordinator::Bury(const char* how) {
+  world_.story.Tell("coordinator: {}", how);
+  model_.Died();
+  const std::unique_ptr<Life> dead = std::move(life_);
+  if (dead != nullptr) dead->queue->SetObserver(nullptr);
+  const double away_s = world_.has_faults && dice_.Bernoulli(0.3)
+                            ? dice_.Uniform() * 2 * world_.knobs.queue.lease_s
+                            : world_.knobs.turn_s;
+  world_.schedule.After(away_s, [this] { Start(); });
+}
+
+void SimCoordinator::Enter(const std::function<void()>& event) {
+  if (!is_up()) return;
+  try {
+    event();
+  } catch (const ProcessEnds&) {
+  }
+  if (VfsHasEnded()) return Bury("dies at a file operation");
+  Stir();
+}
+
+// ---- Turns of its threads
+void SimCoordinator::Stir() {
+  TurnSoon(queue_turn_, &SimCoordinator::QueueTurn, world_.knobs.turn_s);
+  TurnSoon(pool_turn_, &SimCoordinator::PoolTurn, world_.knobs.turn_s);
+  TurnSoon(dispatcher_turn_, &SimCoordinator::DispatcherTurn, world_.knobs.turn_s);
+}
+
+void SimCoordinator::TurnSoon(bool& planned, bool (SimCoordinator::*turn)(), double within_s) {
+  if (std::exchange(planned, true)) return;
+  world_.schedule.After(within_s * dice_.Uniform(), [this, &planned, turn] {
+    planned = false;
+    if (!is_up()) return;
+    bool worked = false;
+    try {
+      worked = (this->*turn)();
+    } catch (const ProcessEnds&) {
+    }
+    if (VfsHasEnded()) return Bury("dies at a file operation");
+    if (worked) Stir();
+  });
+}
+
+bool SimCoordinator::QueueTurn() { return queue().Work(); }
+
+bool SimCoordinator::PoolTurn() { return pool().RunNext(); }
+
+bool SimCoordinator::DispatcherTurn() {
+  const SteadyTime next = dispatcher().Work();
+  const double at_s = world_.schedule.now() + clock_.Until(next);
+  if (look_at_s_ <= world_.schedule.now() || at_s < look_at_s_) {
+    look_at_s_ = at_s;
+    world_.schedule.After(clock_.Until(next), [this, life = lives_] {
+      if (Lives(life)) TurnSoon(dispatcher_turn_, &SimCoordinator::DispatcherTurn, 0);
+    });
+  }
+  // What it asked for waits in the queue and in the pool.
+  TurnSoon(queue_turn_, &SimCoordinator::QueueTurn, world_.knobs.turn_s);
+  TurnSoon(pool_turn_, &SimCoordinator::PoolTurn, world_.knobs.turn_s);
+  return false;
+}
+
+void SimCoordinator::TickLater(int life) {
+  world_.schedule.After(world_.knobs.queue.lease_s / kTicksPerLease, [this, life] {
+    if (!Lives(life)) return;
+    TurnSoon(queue_turn_, &SimCoordinator::QueueTurn, 0);
+    TickLater(life);
+  });
+}
+
+// ---- Calls
+std::shared_ptr<SimStream> SimCoordinator::Open(Line& line, WorkSession::Events events) {
+  return std::make_shared<SimStream>(world_, *this, line, std::move(events), lives_);
+}
+
+std::string SimCoordinator::NameOf(const absl::StatusOr<v1::ReportOutcome>& outcome) {
+  return outcome.ok() ? v1::ReportOutcome_Name(*outcome) : outcome.status().ToString();
+}
+
+void SimCoordinator::Complete(const v1::CompleteRequest& request, Reply reply) {
+  model_.ReportBegins(request.attempt());
+  queue().CompleteAsync(
+      request, "",
+      [this, attempt = request.attempt(), worker = request.worker(),
+       reply = std::move(reply)](const absl::StatusOr<v1::ReportOutcome>& outcome) {
+        if (VfsHasEnded()) return;
+        world_.story.Tell("coordinator: job {} attempt {:x} of {} done: {}", attempt.job_id(),
+                          attempt.fence(), worker, NameOf(outcome));
+        if (outcome.ok() && *outcome == v1::REPORT_OUTCOME_OK) dispatcher().Reported(worker, true);
+        model_.ReportEnds(attempt, QueueModel::Report::kComplete, outcome);
+        reply(outcome);
+      });
+}
+
+void SimCoordinator::Fail(const v1::FailRequest& request, Reply reply) {
+  pool().Run([this, request, reply = std::move(reply)] {
+    model_.ReportBegins(request.attempt());
+    const auto outcome = queue().Fail(CleanFail(request));
+    world_.story.Tell("coordinator: job {} attempt {:x} of {} failed: {}",
+                      request.attempt().job_id(), request.attempt().fence(), request.worker(),
+                      NameOf(outcome));
+    if (outcome.ok() && *outcome == v1::REPORT_OUTCOME_OK) {
+      dispatcher().Reported(request.worker(), false);
+    }
+    model_.ReportEnds(request.attempt(), QueueModel::Report::kFail, outcome);
+    reply(outcome);
+  });
+}
+
+// ---- News from the queue
+void SimCoordinator::OnWorkReady() { dispatcher().OnWorkReady(); }
+
+void SimCoordinator::OnStop(const std::string& worker, const v1::AttemptId& attempt,
+                            const std::string& reason) {
+  world_.story.Tell("coordinator: job {} attempt {:x} taken from {}: {}", attempt.job_id(),
+                    attempt.fence(), worker, reason);
+  model_.LeaseTaken(attempt, reason);
+  dispatcher().OnStop(worker, attempt, reason);
+}
+
+void SimCoordinator::OnDrains(const std::vector<v1::DrainOrder>& drains) {
+  dispatcher().OnDrains(drains);
+}
+
+}  // namespace parallax::faults

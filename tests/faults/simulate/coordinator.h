@@ -1,0 +1,82 @@
+// The simulated machine of the coordinator: its own queue, dispatcher and pool of tasks, run by
+// events instead of threads, on a disk that loses what was not synced.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/task_pool.h"
+#include "coordinator/rpc/workers/dispatcher.h"
+#include "tests/faults/simulate/model.h"
+#include "tests/faults/simulate/stream.h"
+#include "tests/faults/simulate/world.h"
+
+namespace parallax::faults {
+
+class SimCoordinator final : public JobQueueObserver {
+ public:
+  SimCoordinator(World& world, const std::string& folder);
+  ~SimCoordinator() override;
+
+  void Start();
+  // Ends it for good. Its streams close, so their lines must still exist.
+  void End() { life_.reset(); }
+  // Ends the process, or its machine's power.
+  void Die(bool power_cut);
+  bool is_up() const { return life_ != nullptr; }
+  bool Lives(int life) const { return is_up() && life == lives_; }
+  int lives() const { return lives_; }
+
+  // Runs `event` in the coordinator's process, which may die of it.
+  void Enter(const std::function<void()>& event);
+  // Opens a stream of a worker; null if nobody listens.
+  std::shared_ptr<SimStream> Open(Line& line, WorkSession::Events events);
+  // Takes a report in. `reply` is called with its outcome.
+  using Reply = std::function<void(const absl::StatusOr<v1::ReportOutcome>&)>;
+  void Complete(const v1::CompleteRequest& request, Reply reply);
+  void Fail(const v1::FailRequest& request, Reply reply);
+
+  JobQueue& queue() { return *life_->queue; }
+  Dispatcher& dispatcher() { return *life_->dispatcher; }
+  TaskPool& pool() { return life_->pool; }
+  QueueModel& model() { return model_; }
+  MachineClock& clock() { return clock_; }
+  static std::string NameOf(const absl::StatusOr<v1::ReportOutcome>& outcome);
+
+  // JobQueueObserver: tells the model, and goes on to the dispatcher.
+  void OnWorkReady() override;
+  void OnStop(const std::string& worker, const v1::AttemptId& attempt,
+              const std::string& reason) override;
+  void OnDrains(const std::vector<v1::DrainOrder>& drains) override;
+
+ private:
+  // One start's. Destroyed in reverse order.
+  struct Life {
+    std::unique_ptr<JobQueue> queue;
+    TaskPool pool{0};
+    std::unique_ptr<Dispatcher> dispatcher;
+  };
+  void OpenQueue();
+  void Bury(const char* how);
+  // Its threads get their turns soon.
+  void Stir();
+  void TurnSoon(bool& planned, bool (SimCoordinator::*turn)(), double within_s);
+  bool QueueTurn();
+  bool PoolTurn();
+  bool DispatcherTurn();
+  void TickLater(int life);
+
+  World& world_;
+  const std::string folder_;
+  MachineClock clock_;
+  QueueModel model_;
+  Rng dice_;
+  std::unique_ptr<Life> life_;
+  int lives_ = 0;
+  bool queue_turn_ = false, pool_turn_ = false, dispatcher_turn_ = false;  // Planned.
+  double look_at_s_ = 0;  // The dispatcher's next turn, if nothing happens before.
+};
+
+}  // namespace parallax::faults

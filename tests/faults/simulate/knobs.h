@@ -1,0 +1,51 @@
+// Everything that a seed decides before its run begins. Times are seconds of virtual time.
+#pragma once
+
+#include "common/base/rng.h"
+#include "coordinator/queue/job_queue.h"
+#include "worker/agent/agent.h"
+
+namespace parallax::faults {
+
+struct Knobs {
+  double scale = 1;       // All time-outs are multiplied by it; a quarter of the runs has 0.01.
+  double faults_s = 600;  // How long there are faults and orders.
+
+  // The coordinator.
+  JobQueueOptions queue;  // Without paths and clock.
+  double reconnect_grace_s = 30;
+  double turn_s = 0.01;  // The longest wait of its threads for their turns.
+  double coordinator_life_s = 300;
+  double power_cut_p = 0.5;  // Of its deaths.
+
+  // The network.
+  double delay_s = 0.05;  // The longest delay of most messages.
+  double loss_p = 0.02;   // Of calls' requests, and of their replies.
+  double repeat_p = 0.02;
+  double cut_every_s = 200;    // Between partitions of one machine.
+  double cut_s = 20;           // Their mean length.
+  double break_every_s = 300;  // Between ends of one machine's stream.
+
+  // The machines.
+  int workers = 3;
+  int slots = 2;
+  double drift = 1e-4;  // Clocks' rates differ by at most so much.
+  double worker_life_s = 400;
+  double worker_away_s = 20;
+  double leave_every_s = 500;  // Between orders to drain of one worker.
+  AgentOptions agent;
+
+  // The work.
+  int studies = 2;
+  int pairs = 6;
+  double trainings_p = 0.3;
+  double job_s = 20;
+  double fail_p = 0.05;
+  double reject_p = 0.05;  // Of solves.
+  double kill_p = 0.01;    // The job takes its worker with it.
+  double order_every_s = 60;
+};
+
+Knobs DrawKnobs(Rng rng);
+
+}  // namespace parallax::faults

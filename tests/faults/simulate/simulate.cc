@@ -1,0 +1,222 @@
+// The experiments `simulate` and `simulate-controls`: many runs of the simulated farm, each from
+// its own seed.
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <ctime>
+#include <fstream>
+#include <iostream>
+#include <new>
+#include <thread>
+
+#include "common/base/system/clock.h"
+#include "tests/faults/experiment.h"
+#include "tests/faults/simulate/simulation.h"
+
+namespace parallax::faults {
+namespace {
+
+constexpr uint64_t kSeedsForControls = 200;
+constexpr int kKeptSeedsToRunTwice = 5;
+constexpr int kFoundSomething = 3;  // Exit status of a child.
+constexpr unsigned kMostChildren = 64;
+
+struct NamedMutation {
+  const char* name;
+  Mutation mutation;
+};
+constexpr NamedMutation kMutations[] = {
+    {"no-fence-check", Mutation::kNoFenceCheck},
+    {"no-epoch-bump", Mutation::kKeepEpoch},
+    {"synchronous-off", Mutation::kSynchronousOff},
+    {"keep-waiters", Mutation::kKeepWaiters},
+    {"no-outbox", Mutation::kNoOutbox},
+    {"send-once", Mutation::kSendOnce},
+};
+
+double CpuSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+// The totals of all children, in memory that they share.
+struct Totals {
+  std::atomic<uint64_t> next{0};  // Seed.
+  std::atomic<int64_t> seeds{0}, events{0}, jobs{0}, stale{0}, starts{0};
+  std::atomic<double> virtual_s{0}, cpu_s{0};
+  std::atomic<int64_t> failed{0};
+  std::atomic<uint64_t> first_failed{0};
+  std::atomic<uint64_t> current[kMostChildren] = {};  // The seed of each child.
+};
+
+class SharedTotals {
+ public:
+  SharedTotals()
+      : totals_(static_cast<Totals*>(mmap(nullptr, sizeof(Totals), PROT_READ | PROT_WRITE,
+                                          MAP_SHARED | MAP_ANONYMOUS, -1, 0))) {
+    if (totals_ == MAP_FAILED) std::abort();
+    new (totals_) Totals();
+  }
+  ~SharedTotals() { munmap(totals_, sizeof(Totals)); }
+  Totals* operator->() { return totals_; }
+  Totals& operator*() { return *totals_; }
+
+ private:
+  Totals* totals_;
+};
+
+void PrintFailure(uint64_t seed, const std::vector<std::string>& complaints) {
+  std::string text = "seed " + std::to_string(seed) + " fails; `faults simulate --seed " +
+                     std::to_string(seed) + " --trace` replays it\n";
+  for (const std::string& complaint : complaints) text += "  " + complaint + "\n";
+  std::cerr << text << std::flush;
+}
+
+// Runs one seed. Returns whether nothing was found.
+bool Count(uint64_t seed, Totals& totals) {
+  const double before_s = CpuSeconds();
+  const RunResult result = RunSeed({.seed = seed});
+  ++totals.seeds;
+  totals.events += result.events;
+  totals.jobs += result.jobs;
+  totals.stale += result.stale;
+  totals.starts += result.starts;
+  totals.virtual_s += result.virtual_s;
+  totals.cpu_s += CpuSeconds() - before_s;
+  if (result.complaints.empty()) return true;
+  if (totals.failed++ == 0) totals.first_failed = seed;
+  PrintFailure(seed, result.complaints);
+  return false;
+}
+
+// The same seed tells the same story twice.
+void RunTwice(uint64_t seed, Tally& tally) {
+  const RunResult one = RunSeed({.seed = seed, .tells = true});
+  const RunResult two = RunSeed({.seed = seed, .tells = true});
+  if (one.story != two.story) tally.Lost("seed " + std::to_string(seed) + " tells two stories");
+  if (one.complaints.empty()) return;
+  PrintFailure(seed, one.complaints);
+  tally.Lost("seed " + std::to_string(seed));
+}
+
+std::vector<uint64_t> KeptSeeds() {
+  std::ifstream file(std::string(PARALLAX_FAULTS_DATA) + "/simulate_seeds.txt");
+  std::vector<uint64_t> seeds;
+  for (std::string line; std::getline(file, line);) {
+    if (!line.empty() && line[0] != '#') seeds.push_back(std::stoull(line));
+  }
+  return seeds;
+}
+
+// Runs the seeds from totals.next up to `last`, or until the time is over, on all cores.
+void RunMany(uint64_t last, double seconds, SharedTotals& totals, Tally& tally) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  std::vector<pid_t> children;
+  const unsigned cores = std::clamp(std::thread::hardware_concurrency(), 1u, kMostChildren);
+  for (unsigned i = 0; i < cores; ++i) {
+    const pid_t pid = fork();
+    if (pid != 0) {
+      children.push_back(pid);
+      continue;
+    }
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // A test that is killed leaves nobody behind.
+    bool sound = true;
+    while (seconds <= 0 || std::chrono::steady_clock::now() < end) {
+      const uint64_t seed = totals->next++;
+      if (seed > last) break;
+      totals->current[i] = seed;
+      alarm(300);  // A run that does not come to its end is a failure, too.
+      sound &= Count(seed, *totals);
+    }
+    _exit(sound ? 0 : kFoundSomething);
+  }
+  for (size_t i = 0; i < children.size(); ++i) {
+    int status = 0;
+    waitpid(children[i], &status, 0);
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 0) continue;
+    if (WIFEXITED(status) && WEXITSTATUS(status) == kFoundSomething) continue;
+    PrintFailure(totals->current[i], {"its process ended with " + std::to_string(status)});
+    tally.Lost("seed " + std::to_string(totals->current[i]) + " ended its process");
+  }
+  if (totals->failed > 0) {
+    tally.Lost(std::to_string(totals->failed) + " seeds fail, the first was " +
+               std::to_string(totals->first_failed));
+  }
+}
+
+// "5..9", both ends included.
+bool ParseRange(const std::string& text, uint64_t* first, uint64_t* last) {
+  const size_t dots = text.find("..");
+  if (dots == std::string::npos || dots == 0 || dots + 2 == text.size()) return false;
+  if (text.find_first_not_of("0123456789.") != std::string::npos) return false;
+  *first = std::stoull(text);
+  *last = std::stoull(text.substr(dots + 2));
+  return *first <= *last;
+}
+
+}  // namespace
+
+void Simulate(const ExperimentOptions& options, Tally& tally) {
+  if (options.trace) {
+    const RunResult result = RunSeed({.seed = options.seed, .tells = true});
+    std::cout << result.story;
+    for (const std::string& complaint : result.complaints) tally.Lost(complaint);
+    return;
+  }
+  uint64_t first = options.seed;
+  uint64_t last = options.seed + static_cast<uint64_t>(options.rounds) - 1;
+  if (!options.seeds.empty() && !ParseRange(options.seeds, &first, &last)) {
+    return tally.Lost("--seeds " + options.seeds + ": wanted two numbers, as in 1..1000");
+  }
+  SharedTotals totals;
+  const std::vector<uint64_t> kept = KeptSeeds();
+  if (options.seconds > 0) {
+    for (size_t i = 0; i < kept.size(); ++i) {
+      if (i < kKeptSeedsToRunTwice) {
+        RunTwice(kept[i], tally);
+      } else {
+        Count(kept[i], *totals);
+      }
+    }
+    // Others each time.
+    first = static_cast<uint64_t>(Clock::System().UnixSeconds() * 1000);
+    last = UINT64_MAX;
+    std::cerr << "new seeds from " << first << std::endl;
+  }
+  totals->next = first;
+  RunMany(last, options.seconds, totals, tally);
+  tally.rounds = totals->seeds;
+  tally.jobs = totals->jobs;
+  tally.faults = totals->starts - totals->seeds;
+  tally.figures["events"] = static_cast<double>(totals->events);
+  tally.figures["stale_reports"] = static_cast<double>(totals->stale);
+  tally.figures["virtual_s"] = totals->virtual_s;
+  tally.figures["cpu_s"] = totals->cpu_s;
+  tally.figures["virtual_s_per_cpu_s"] = totals->virtual_s / std::max(1e-9, totals->cpu_s.load());
+}
+
+void SimulateControls(const ExperimentOptions& options, Tally& tally) {
+  for (const NamedMutation& named : kMutations) {
+    if (!options.sabotage.empty() && options.sabotage != named.name) continue;
+    std::vector<uint64_t> needed;
+    for (int round = 0; round < options.rounds; ++round) {
+      const uint64_t first = options.seed + static_cast<uint64_t>(round) * kSeedsForControls;
+      uint64_t tried = 0;
+      bool found = false;
+      while (!found && tried < kSeedsForControls) {
+        found = !RunSeed({.seed = first + tried++, .mutation = named.mutation}).complaints.empty();
+      }
+      if (!found) tally.Lost(std::string(named.name) + " is not found within 200 seeds");
+      needed.push_back(tried);
+      ++tally.rounds;
+    }
+    std::sort(needed.begin(), needed.end());
+    tally.figures[std::string("median_seeds ") + named.name] =
+        static_cast<double>(needed[needed.size() / 2]);
+  }
+}
+
+}  // namespace parallax::faults

@@ -1,0 +1,109 @@
+#include "tests/faults/simulate/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "tests/faults/experiment.h"
+#include "tests/faults/simulate/client.h"
+#include "tests/faults/simulate/coordinator.h"
+#include "tests/faults/simulate/worker.h"
+
+namespace parallax::faults {
+
+double World::Next(double mean_s) { return mean_s * -std::log(1 - dice.Uniform()); }
+
+namespace {
+
+class Run {
+ public:
+  explicit Run(const RunOptions& options)
+      : folder_(/*memory=*/true),
+        world_(options.seed, options.tells, options.mutation),
+        coordinator_(world_, folder_.path()) {
+    std::vector<std::string> names;
+    for (int i = 0; i < world_.knobs.workers; ++i) {
+      workers_.push_back(std::make_unique<SimWorker>(world_, coordinator_, i));
+      names.push_back(workers_.back()->name());
+    }
+    client_ = std::make_unique<SimClient>(world_, coordinator_, names);
+  }
+
+  ~Run() { coordinator_.End(); }  // Before the workers, who have its streams' lines.
+
+  RunResult Live() {
+    coordinator_.Start();
+    client_->Start();
+    for (const auto& worker : workers_) {
+      world_.schedule.After(world_.Next(world_.knobs.worker_away_s),
+                            [&worker] { worker->Start(); });
+    }
+    RunUntil(world_.knobs.faults_s);
+    world_.story.Tell("the faults are over");
+    world_.has_faults = false;
+    for (const auto& worker : workers_) worker->Mend();
+    client_->Settle();
+    const double bound_s = world_.schedule.now() + Bound();
+    while (sound() && !HasEnded() && world_.schedule.now() < bound_s) {
+      RunUntil(world_.schedule.now() + world_.knobs.queue.lease_s);
+    }
+    if (sound()) Judge();
+    return {.complaints = coordinator_.model().complaints(),
+            .story = world_.story.text(),
+            .virtual_s = world_.schedule.now(),
+            .events = world_.schedule.events(),
+            .jobs = coordinator_.model().done(),
+            .stale = coordinator_.model().stale(),
+            .starts = coordinator_.lives()};
+  }
+
+ private:
+  bool sound() { return coordinator_.model().complaints().empty(); }
+
+  void RunUntil(double until_s) {
+    while (sound() && world_.schedule.RunNext(until_s)) continue;
+  }
+
+  // By then everything has ended, however unlucky it is: a sole worker does all jobs one after
+  // another, all with their longest back-offs, after the longest suspension of workers.
+  double Bound() const {
+    constexpr double kLongestSuspension_s = 3600;
+    constexpr double kMostJobs = 300;
+    const Knobs& knobs = world_.knobs;
+    return 200 * knobs.queue.lease_s + kMostJobs * 5 * knobs.job_s + kLongestSuspension_s +
+           10 * knobs.queue.retry.backoff_max_s * knobs.queue.retry.max_app_failures;
+  }
+
+  bool HasEnded() {
+    if (!coordinator_.is_up() || !client_->is_done()) return false;
+    for (const auto& worker : workers_) {
+      if (worker->pending() > 0) return false;
+    }
+    const auto open = coordinator_.queue().ListStudies(1, 0, /*only_unfinished=*/true);
+    return open.ok() && open->empty();
+  }
+
+  void Judge() {
+    QueueModel& model = coordinator_.model();
+    if (!client_->is_done()) model.Complain("the clients' calls are not answered");
+    for (const auto& worker : workers_) {
+      if (worker->pending() > 0) {
+        model.Complain(worker->name() + " has reports that are not answered");
+      }
+    }
+    if (!coordinator_.is_up()) return model.Complain("the coordinator is not up");
+    model.Compare(coordinator_.queue(), /*at_end=*/true);
+  }
+
+  const TempFolder folder_;
+  World world_;
+  SimCoordinator coordinator_;
+  std::vector<std::unique_ptr<SimWorker>> workers_;
+  std::unique_ptr<SimClient> client_;
+};
+
+}  // namespace
+
+RunResult RunSeed(const RunOptions& options) { return Run(options).Live(); }
+
+}  // namespace parallax::faults

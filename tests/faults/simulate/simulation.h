@@ -1,0 +1,29 @@
+// One run of the simulated farm, decided by its seed alone.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tests/faults/simulate/world.h"
+
+namespace parallax::faults {
+
+struct RunOptions {
+  uint64_t seed = 1;
+  bool tells = false;  // Keep the story.
+  Mutation mutation = Mutation::kNone;
+};
+
+struct RunResult {
+  std::vector<std::string> complaints;  // Empty: nothing was found.
+  std::string story;
+  double virtual_s = 0;
+  int64_t events = 0;
+  int64_t jobs = 0;    // Done.
+  int64_t stale = 0;   // Late reports that were refused.
+  int64_t starts = 0;  // Of the coordinator.
+};
+
+RunResult RunSeed(const RunOptions& options);
+
+}  // namespace parallax::faults

@@ -1,0 +1,57 @@
+// What all parts of one run share.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "common/base/rng.h"
+#include "tests/faults/simulate/knobs.h"
+#include "tests/faults/simulate/schedule.h"
+
+namespace parallax::faults {
+
+// A guard that is switched off, to see whether the checks notice.
+enum class Mutation {
+  kNone,
+  kNoFenceCheck,    // The queue takes any report of a leased job.
+  kKeepEpoch,       // A start goes on with the last epoch.
+  kSynchronousOff,  // The database is not synced.
+  kKeepWaiters,     // Jobs stay blocked whose waits are met.
+  kNoOutbox,        // A worker's process takes its unanswered reports with it.
+  kSendOnce,        // A worker sends a report once.
+};
+
+struct World {
+  World(uint64_t run_seed, bool tells, Mutation off)
+      : seed(run_seed),
+        mutation(off),
+        rng(SceneSeed{run_seed}, "simulate"),
+        knobs(DrawKnobs(rng.Child("knobs"))),
+        story(schedule, tells),
+        dice(rng.Child("events")) {}
+
+  // Draws the time to an event that happens each `mean_s` seconds on average.
+  double Next(double mean_s);
+  // A message's delay: mostly short, seldom ten times the longest.
+  double Delay() {
+    return knobs.delay_s * dice.Uniform() * dice.Uniform() * (dice.Bernoulli(0.02) ? 10 : 1);
+  }
+
+  const uint64_t seed;
+  const Mutation mutation;
+  const Rng rng;
+  const Knobs knobs;
+  Schedule schedule;
+  Story story;
+  Rng dice;                // For everything that is drawn while the run goes on.
+  bool has_faults = true;  // Until the faults stop.
+};
+
+// The way between one machine and the coordinator. Each direction may be closed for a while;
+// messages of a stream then wait, calls are lost.
+struct Line {
+  double up_closed_until_s = 0;
+  double down_closed_until_s = 0;
+};
+
+}  // namespace parallax::faults

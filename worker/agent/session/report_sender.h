@@ -1,6 +1,5 @@
-// Sends each report until it has a definitive answer: OK, ALREADY_DONE, STALE_FENCE, CANCELLED, or
-// the status kInvalidArgument. After any other status it backs off and tries again. Each report has
-// its own back-off, so that a report that the coordinator can't process does not delay the others.
+// Sends each report until it has a definitive answer; after any other it backs off and tries again.
+// ReportQueue says which is next.
 #pragma once
 
 #include <functional>
@@ -13,15 +12,9 @@
 #include "common/base/system/clock.h"
 #include "parallax/v1/service.grpc.pb.h"
 #include "worker/agent/attempts/outbox.h"
+#include "worker/agent/session/report_queue.h"
 
 namespace parallax {
-
-// Time limits and back-off of sending, in seconds.
-struct ReportSenderOptions {
-  double timeout_s = 30;  // Time limit of one attempt to send.
-  double backoff_base_s = 0.1;
-  double backoff_cap_s = 10;
-};
 
 // Thread-safe. Has one thread of its own.
 class ReportSender {

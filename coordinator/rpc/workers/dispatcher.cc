@@ -46,12 +46,6 @@ class Dispatcher::Impl {
         fleet_(queue, queue.lease_s(), GraceOf(queue, reconnect_grace_s)),
         look_at_(SecondsAfter(clock.Steady(), kLookAgain_s)),
         check_at_(clock.Steady()) {
-    auto drains = queue.Drains();
-    if (drains.ok()) {
-      fleet_.SetDrains(*std::move(drains));
-    } else {
-      LogError("orders to drain are not known", {{"error", drains.status()}});
-    }
     if (own_thread) thread_ = std::thread([this] { Loop(); });
   }
 
@@ -69,8 +63,8 @@ class Dispatcher::Impl {
                                  hello.name(), kMostWorkers);
       }
       joining_.insert(hello.name());
-      fleet_.DropLink(hello.name(), clock_.Steady());
       same_process = fleet_.IsSameProcess(hello);
+      fleet_.DropLink(hello, clock_.Steady());
     }
     auto adopted =
         queue_.Adopt(hello.name(), {hello.holding().begin(), hello.holding().end()}, same_process);
@@ -195,9 +189,23 @@ class Dispatcher::Impl {
 
   // ---- All below require mu_ unless said otherwise
   void TakeNewDrains() {
+    if (!knows_drains_) ReadDrains();
     std::lock_guard lock(drains_mu_);
-    if (new_drains_) fleet_.SetDrains(*std::move(new_drains_));
+    if (!new_drains_) return;
+    fleet_.SetDrains(*std::move(new_drains_));
     new_drains_.reset();
+    knows_drains_ = true;
+  }
+
+  // Until it succeeds, nobody gets work: a drained worker might.
+  void ReadDrains() {
+    auto drains = queue_.Drains();
+    if (!drains.ok()) {
+      return LogError("no work is given: orders to drain are not known",
+                      {{"error", drains.status()}});
+    }
+    std::lock_guard lock(drains_mu_);
+    if (!new_drains_) new_drains_ = *std::move(drains);  // The queue's own news are newer.
   }
 
   // ---- The dispatcher's thread
@@ -300,7 +308,7 @@ class Dispatcher::Impl {
   // Workers ask in turn, so that the last in the alphabet is not always served last.
   void Ask() {
     std::map<std::string, FleetWorker>& workers = fleet_.workers();
-    if (workers.empty() || hold_) return;
+    if (workers.empty() || hold_ || !knows_drains_) return;
     const SteadyTime now = clock_.Steady();
     std::optional<FarmByKind> farm;
     auto it = workers.upper_bound(last_asked_);
@@ -363,6 +371,7 @@ class Dispatcher::Impl {
   uint64_t round_ = 1;  // 0: in no round.
   bool stopping_ = false;
   bool hold_ = false;
+  bool knows_drains_ = false;
   int64_t leases_ = 0;
   CountHistogram latency_s_{{0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5}};
   double latency_sum_s_ = 0;

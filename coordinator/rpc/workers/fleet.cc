@@ -72,10 +72,15 @@ bool Fleet::IsSameProcess(const v1::Hello& hello) const {
          known->second.hello.instance() == hello.instance();
 }
 
-void Fleet::DropLink(const std::string& name, SteadyTime now) {
-  const auto found = workers_.find(name);
+// A hello may come after a newer one of its process: its stream broke while it waited here. If the
+// newer stream ended with an error that no retry mends, the worker would end itself.
+void Fleet::DropLink(const v1::Hello& hello, SteadyTime now) {
+  const auto found = workers_.find(hello.name());
   if (found == workers_.end() || found->second.link == nullptr) return;
-  found->second.link->Close(AlreadyExists("another worker named {} has connected", name), false);
+  found->second.link->Close(
+      IsSameProcess(hello) ? Unavailable("worker {} has another stream", hello.name())
+                           : AlreadyExists("another worker named {} has connected", hello.name()),
+      false);
   found->second.link.reset();
   found->second.presence = Presence::kAway;
   found->second.away_since = now;

@@ -64,7 +64,7 @@ class Fleet {
 
   // Closes the worker's link, because a newer stream with this name has arrived, from the same
   // worker or from another one with the same name.
-  void DropLink(const std::string& name, SteadyTime now);
+  void DropLink(const v1::Hello& hello, SteadyTime now);
   // Adds a worker that has said Hello, or updates it, with its new link.
   void TakeIn(const std::shared_ptr<WorkerLink>& link, const v1::Hello& hello, SteadyTime now);
   // Notes that the worker's stream has ended. Returns true if the worker had drained and thus has

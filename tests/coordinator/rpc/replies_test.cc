@@ -1,12 +1,12 @@
 // Replies that fit into a message, whatever the database holds.
 #include <gmock/gmock.h>
-#include <sqlite3.h>
 
 #include <algorithm>
 
 #include "common/base/names.h"
 #include "coordinator/queue/database/compress.h"
 #include "server_fixture.h"
+#include "tests/sqlite_by_hand.h"
 
 namespace parallax {
 namespace {
@@ -21,8 +21,8 @@ class RepliesTest : public CoordinatorServerTest {
   }
   // Changes the closed database behind the queue's back. `bytes` is ?1.
   void Meddle(const std::string& sql, const std::string& bytes) {
-    sqlite3* db = nullptr;
-    ASSERT_EQ(sqlite3_open((dir_ + "/queue.db").c_str(), &db), SQLITE_OK);
+    sqlite3* db = OpenByHand(dir_ + "/queue.db");
+    ASSERT_NE(db, nullptr);
     sqlite3_stmt* statement = nullptr;
     EXPECT_EQ(sqlite3_prepare_v2(db, sql.c_str(), -1, &statement, nullptr), SQLITE_OK);
     sqlite3_bind_blob64(statement, 1, bytes.data(), bytes.size(), SQLITE_TRANSIENT);

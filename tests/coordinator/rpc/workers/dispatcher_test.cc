@@ -8,6 +8,7 @@
 #include "coordinator/rpc/reply_size.h"
 #include "coordinator/rpc/validation.h"
 #include "tests/coordinator/queue/queue_fixture.h"
+#include "tests/sqlite_by_hand.h"
 
 namespace parallax {
 namespace {
@@ -82,40 +83,89 @@ TEST_F(DispatcherTest, AListOfTheMostWorkersIsOneReply) {
 class ListeningLink final : public WorkerLink {
  public:
   void Send(v1::CoordinatorMessage message) override { leases += message.has_lease() ? 1 : 0; }
-  void Close(const absl::Status&, bool) override {}
+  void Close(const absl::Status& status, bool) override { end = status; }
   int leases = 0;
+  absl::Status end;
 };
 
-TEST_F(DispatcherTest, WithoutAThreadOfItsOwnItLeasesWhenItIsCalled) {
-  queue_->SetObserver(nullptr);
-  dispatcher_.reset();
-  pool_.reset();
-  queue_.reset();
-  queue_ = *JobQueue::Open({.db_path = dir_ + "/calm.db", .own_threads = false});
-  TaskPool pool(0);
-  Dispatcher dispatcher(*queue_, pool, Clock::System(), 60, /*own_thread=*/false);
-  queue_->SetObserver(&dispatcher);
-  ASSERT_TRUE(queue_->Submit(MakeStudy({.pairs = 3, .rigs_per_scene = 1}), "tester").ok());
-  const auto link = std::make_shared<ListeningLink>();
+TEST_F(DispatcherTest, AnEarlierHelloOfAWorkerThatComesLateDoesNotEndIt) {
   v1::Hello hello;
   hello.set_name("w");
   hello.add_kinds("solve");
-  hello.set_slots(2);
-  ASSERT_TRUE(dispatcher.Join(link, hello, [](const auto&) {}).ok());
-  v1::Credit credit;
-  credit.set_jobs(2);
-  dispatcher.AddCredit("w", link.get(), credit);
-  dispatcher.Work();
+  hello.set_slots(1);
+  hello.set_instance("its-process");
+  const auto newer = std::make_shared<ListeningLink>(), earlier = std::make_shared<ListeningLink>();
+  ASSERT_TRUE(dispatcher_->Join(newer, hello, [](const auto&) {}).ok());
+  ASSERT_TRUE(dispatcher_->Join(earlier, hello, [](const auto&) {}).ok());
+  EXPECT_EQ(newer->end.code(), absl::StatusCode::kUnavailable) << "it tries again";
+  hello.set_instance("another-process");
+  const auto other = std::make_shared<ListeningLink>();
+  ASSERT_TRUE(dispatcher_->Join(other, hello, [](const auto&) {}).ok());
+  EXPECT_EQ(earlier->end.code(), absl::StatusCode::kAlreadyExists) << "it ends itself";
+}
+
+// Its database by hand, with a dispatcher that the test calls.
+class CalmDispatcherTest : public DispatcherTest {
+ protected:
+  CalmDispatcherTest() {
+    queue_->SetObserver(nullptr);
+    dispatcher_.reset();
+    pool_.reset();
+    queue_.reset();
+    queue_ = *JobQueue::Open({.db_path = db_, .own_threads = false});
+    pool_ = std::make_unique<TaskPool>(0);
+    EXPECT_TRUE(queue_->Submit(MakeStudy({.pairs = 3, .rigs_per_scene = 1}), "tester").ok());
+  }
+  ~CalmDispatcherTest() override { queue_->SetObserver(nullptr); }
+
+  // A worker that wants two jobs.
+  void StartWithAWorker() {
+    dispatcher_ = std::make_unique<Dispatcher>(*queue_, *pool_, Clock::System(), 60,
+                                               /*own_thread=*/false);
+    queue_->SetObserver(dispatcher_.get());
+    v1::Hello hello;
+    hello.set_name("w");
+    hello.add_kinds("solve");
+    hello.set_slots(2);
+    ASSERT_TRUE(dispatcher_->Join(link_, hello, [](const auto&) {}).ok());
+    v1::Credit credit;
+    credit.set_jobs(2);
+    dispatcher_->AddCredit("w", link_.get(), credit);
+  }
+
+  const std::string db_ = dir_ + "/calm.db";
+  const std::shared_ptr<ListeningLink> link_ = std::make_shared<ListeningLink>();
+};
+
+TEST_F(CalmDispatcherTest, WithoutAThreadOfItsOwnItLeasesWhenItIsCalled) {
+  StartWithAWorker();
+  dispatcher_->Work();
   EXPECT_TRUE(queue_->Work()) << "it has asked";
-  EXPECT_EQ(link->leases, 0);
-  EXPECT_GT(dispatcher.Work(), Clock::System().Steady());
-  EXPECT_EQ(link->leases, 2);
+  EXPECT_EQ(link_->leases, 0);
+  EXPECT_GT(dispatcher_->Work(), Clock::System().Steady());
+  EXPECT_EQ(link_->leases, 2);
 
   bool ran = false;
-  pool.Run([&] { ran = true; });
-  EXPECT_TRUE(pool.RunNext() && ran);
-  EXPECT_FALSE(pool.RunNext());
-  queue_->SetObserver(nullptr);
+  pool_->Run([&] { ran = true; });
+  EXPECT_TRUE(pool_->RunNext() && ran);
+  EXPECT_FALSE(pool_->RunNext());
+}
+
+TEST_F(CalmDispatcherTest, ItGivesNoWorkBeforeItHasReadWhoIsDrained) {
+  const auto rename = [this](const char* sql) {
+    sqlite3* db = OpenByHand(db_);
+    EXPECT_EQ(sqlite3_exec(db, sql, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
+    sqlite3_close(db);
+  };
+  while (queue_->Work()) continue;
+  rename("ALTER TABLE drains RENAME TO unreadable");
+  StartWithAWorker();
+  while (queue_->Work()) continue;
+  dispatcher_->Work();
+  EXPECT_FALSE(queue_->Work()) << "it has asked";
+  rename("ALTER TABLE unreadable RENAME TO drains");
+  dispatcher_->Work();
+  EXPECT_TRUE(queue_->Work());
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ absl::StatusOr<std::vector<std::string>> AuditDatabaseFile(const std::string& db
     return NotFound("database {}: no such file", db_path);
   }
   ASSIGN_OR_RETURN(const auto lock, DatabaseLock::Acquire(db_path));
+  RETURN_IF_ERROR(lock->NoteLog(false));  // Closing puts all of it into the file.
   ASSIGN_OR_RETURN(const auto db, OpenWriter(db_path, ""));
   ASSIGN_OR_RETURN(const auto version, db->Integer("PRAGMA user_version"));
   if (version.value_or(0) != NewestSchemaVersion()) {
@@ -28,6 +29,7 @@ absl::Status VisitStoredOutputs(
     const std::string& db_path,
     const std::function<absl::Status(const std::vector<JobKind::OutputFile>&)>& visit) {
   ASSIGN_OR_RETURN(const auto lock, DatabaseLock::Acquire(db_path));
+  RETURN_IF_ERROR(lock->NoteLog(false));  // Closing puts all of it into the file.
   ASSIGN_OR_RETURN(const auto db, OpenWriter(db_path, ""));
   const KindRegistry& kinds = KindRegistry::Builtin();
   SqliteQuery results(*db, "SELECT stage, bytes FROM results WHERE bytes IS NOT NULL");

@@ -6,6 +6,7 @@
 
 #include "common/base/names.h"
 #include "common/base/status.h"
+#include "common/base/system/log.h"
 #include "coordinator/queue/commands/finisher.h"
 #include "coordinator/queue/commands/lease_book.h"
 #include "coordinator/queue/commands/machine.h"
@@ -33,7 +34,17 @@ constexpr int kMostLeases = 1024;  // In one call.
 class JobQueue::Impl {
  public:
   explicit Impl(JobQueueOptions options)
-      : options_(std::move(options)), book_(*options_.clock, options_.lease_s) {}
+      : options_(std::move(options)),
+        book_(*options_.clock,
+              options_.lease_s * (options_.unsafe_for_test.expire_early ? 0.5 : 1)) {}
+  ~Impl() {
+    readers_.reset();
+    // Closing puts the log into the file and removes it.
+    if (db_ == nullptr || !EmptyLog(*db_).ok()) return;
+    if (const absl::Status status = lock_->NoteLog(false); !status.ok()) {
+      LogWarning("the database's log will be missed", {{"error", status}});
+    }
+  }
 
   absl::Status Open();
   absl::Status OpenStore();
@@ -113,6 +124,7 @@ absl::Status JobQueue::Impl::Open() {
   }
   ASSIGN_OR_RETURN(
       epoch_, RaiseEpoch(*db_, options_.clock->UnixSeconds(), options_.unsafe_for_test.keep_epoch));
+  RETURN_IF_ERROR(lock_->NoteLog(true));
   ASSIGN_OR_RETURN(database_id_, DatabaseId(*db_));
   RETURN_IF_ERROR(WithContext(EnterKinds(*db_, *options_.kinds), options_.db_path));
   if (options_.open_store) RETURN_IF_ERROR(OpenStore());

@@ -51,6 +51,12 @@ struct UnsafeForTest {
   bool ignore_fences = false;    // Accept any report of a leased job as its holder's.
   bool keep_epoch = false;       // Keep the last epoch at a start.
   bool keep_waiters = false;     // Leave jobs blocked whose waits are met.
+  bool adopt_nothing = false;    // Take every lease from a worker that says Hello.
+  bool expire_early = false;     // End leases after half of their time.
+  bool ignore_limits = false;    // Lease jobs of studies and users that have reached their limits.
+  bool keep_generation = false;  // Give a retry the generation of its predecessor.
+  bool forget_unfinished = false;  // Forget studies that have not ended.
+  bool archive_newest = false;     // Archive the newest job of all, too.
 };
 
 // Options of a queue. The defaults are those of `coordinator serve`.

@@ -2,11 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sqlite3.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "tests/e2e/run_fixture.h"
+#include "tests/sqlite_by_hand.h"
 
 namespace parallax::e2e {
 namespace {
@@ -226,8 +226,8 @@ TEST_F(RunTest, WorkersThatCrashForEverEndTheRunWithTheirLog) {
 TEST_F(RunTest, ADatabaseFromTheFutureIsRefusedInOneLine) {
   const std::string out = dir_ + "/out";
   Run(out);
-  sqlite3* db = nullptr;
-  ASSERT_EQ(sqlite3_open((out + "/.parallax/queue.db").c_str(), &db), SQLITE_OK);
+  sqlite3* db = OpenByHand(out + "/.parallax/queue.db");
+  ASSERT_NE(db, nullptr);
   ASSERT_EQ(sqlite3_exec(db, "PRAGMA user_version = 9999", nullptr, nullptr, nullptr), SQLITE_OK);
   sqlite3_close(db);
   const auto run = Start(out);

@@ -158,7 +158,7 @@ absl::StatusOr<bool> RemoveRowsOf(Tables& tables, int64_t study, int limit) {
 absl::StatusOr<v1::ForgetReply> Forgetting::Forget(int64_t id, std::string_view reason,
                                                    std::string_view actor) {
   ASSIGN_OR_RETURN(Study * study, tables_.ledger.FindStudy(id));
-  if (!study->tally.finished) {
+  if (!study->tally.finished && !tables_.options.unsafe_for_test.forget_unfinished) {
     return FailedPrecondition("study {} ({}) is not at its end: wait for it, or cancel it first",
                               id, study->name);
   }

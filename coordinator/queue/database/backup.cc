@@ -8,12 +8,15 @@
 #include <cerrno>
 #include <filesystem>
 
+#include "coordinator/queue/database/page_checksum.h"
+
 namespace parallax {
 namespace {
 
 absl::Status CopyDatabase(SqliteConnection& source, const std::string& path) {
   ASSIGN_OR_RETURN(auto target,
                    SqliteConnection::Open(path, SqliteConnection::Mode::kReadWriteCreate));
+  if (HasChecksums(source.raw())) ReserveChecksums(target->raw());
   sqlite3_backup* backup = sqlite3_backup_init(target->raw(), "main", source.raw(), "main");
   if (backup == nullptr) {
     return Internal("backup: {}", sqlite3_errmsg(target->raw()));
@@ -21,6 +24,7 @@ absl::Status CopyDatabase(SqliteConnection& source, const std::string& path) {
   sqlite3_backup_step(backup, -1);
   const int code = sqlite3_backup_finish(backup);
   if (code == SQLITE_OK) return absl::OkStatus();
+  if (code == SQLITE_IOERR_DATA) return DataLoss("backup to {}: {}", path, kWrongPage);
   return MakeError((code & 0xff) == SQLITE_FULL ? absl::StatusCode::kResourceExhausted
                                                 : absl::StatusCode::kUnavailable,
                    fmt::format("backup to {}: {}", path, sqlite3_errstr(code)));

@@ -12,6 +12,8 @@
 #include <mutex>
 #include <set>
 
+#include "coordinator/queue/database/page_checksum.h"
+
 namespace parallax {
 namespace {
 
@@ -20,10 +22,17 @@ std::string FolderOf(const std::string& path) {
   return folder.empty() ? "." : folder;
 }
 
-std::string HolderOf(int fd) {
+constexpr std::string_view kNeedsLog = " log";
+
+// "<process>", or "<process> log" where the log is needed.
+std::string TextOf(int fd) {
   char text[64] = {};
   const ssize_t n = pread(fd, text, sizeof(text) - 1, 0);
   return n > 0 ? std::string(text, static_cast<size_t>(n)) : "unknown";
+}
+std::string HolderOf(int fd) {
+  const std::string text = TextOf(fd);
+  return text.substr(0, text.find(' '));
 }
 
 using FileId = std::pair<uint64_t, uint64_t>;
@@ -67,20 +76,34 @@ absl::StatusOr<std::unique_ptr<DatabaseLock>> DatabaseLock::Acquire(const std::s
   std::unique_ptr<DatabaseLock> lock(new DatabaseLock());
   RETURN_IF_ERROR(lock->TakeName(db_path));
   RETURN_IF_ERROR(lock->TakeFile(db_path));
-  const std::string holder = std::to_string(getpid());
-  if (ftruncate(lock->name_fd_, 0) != 0 ||
-      pwrite(lock->name_fd_, holder.data(), holder.size(), 0) < 0) {
-    return ErrnoError(errno, "write " + db_path + ".lock");
+  const bool needs_log = TextOf(lock->name_fd_).ends_with(kNeedsLog);
+  std::error_code error;
+  if (needs_log && std::filesystem::file_size(db_path, error) > 0 && !error &&
+      !std::filesystem::exists(db_path + "-wal", error)) {
+    return DataLoss(
+        "database {}: its log {}-wal is gone, with what was acknowledged last; put it back, or, if "
+        "you have put a backup back or opened the database with another program, remove {}.lock",
+        db_path, db_path, db_path);
   }
+  RETURN_IF_ERROR(lock->NoteLog(needs_log));
   return lock;
 }
 
+absl::Status DatabaseLock::NoteLog(bool is_needed) {
+  const std::string text = std::to_string(getpid()) + std::string(is_needed ? kNeedsLog : "");
+  if (ftruncate(name_fd_, 0) != 0 || pwrite(name_fd_, text.data(), text.size(), 0) < 0 ||
+      fsync(name_fd_) != 0) {
+    return ErrnoError(errno, "write " + name_);
+  }
+  return absl::OkStatus();
+}
+
 absl::Status DatabaseLock::TakeName(const std::string& db_path) {
-  const std::string path = db_path + ".lock";
-  name_fd_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (name_fd_ < 0) return ErrnoError(errno, "open " + path);
+  name_ = db_path + ".lock";
+  name_fd_ = open(name_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (name_fd_ < 0) return ErrnoError(errno, "open " + name_);
   if (flock(name_fd_, LOCK_EX | LOCK_NB) == 0) return absl::OkStatus();
-  if (errno != EWOULDBLOCK) return ErrnoError(errno, "lock " + path);
+  if (errno != EWOULDBLOCK) return ErrnoError(errno, "lock " + name_);
   return FailedPrecondition("database {} is open in another coordinator (process {})", db_path,
                             HolderOf(name_fd_));
 }
@@ -157,8 +180,16 @@ absl::StatusOr<std::unique_ptr<SqliteConnection>> OpenWriter(const std::string& 
                                                              const std::string& vfs) {
   ASSIGN_OR_RETURN(auto db,
                    SqliteConnection::Open(path, SqliteConnection::Mode::kReadWriteCreate, vfs));
+  ReserveChecksums(db->raw());
   RETURN_IF_ERROR(WithContext(Configure(*db, true), path));
   return db;
+}
+
+absl::Status EmptyLog(SqliteConnection& db) {
+  const int code =
+      sqlite3_wal_checkpoint_v2(db.raw(), nullptr, SQLITE_CHECKPOINT_TRUNCATE, nullptr, nullptr);
+  return code == SQLITE_OK ? absl::OkStatus()
+                           : Unavailable("checkpoint: {}", sqlite3_errmsg(db.raw()));
 }
 
 absl::StatusOr<std::unique_ptr<SqliteConnection>> OpenReader(const std::string& path,

@@ -21,9 +21,13 @@ class DatabaseLock {
   // Takes the lock, before anything of the file is read. Makes an empty file if none exists.
   // Errors: kFailedPrecondition if another coordinator holds it, in this process or in another one,
   // which the message names, or if the file has several names (hard links), because SQLite keeps
-  // its log beside one of them.
+  // its log beside one of them; kDataLoss if the log must be there and is not.
   static absl::StatusOr<std::unique_ptr<DatabaseLock>> Acquire(const std::string& db_path);
   ~DatabaseLock();
+  // Notes in "<db>.lock" whether the log has commits that the file lacks, so that it must be there
+  // if this process is killed. Say so after the first commit, and take it back before the last
+  // connection closes. Errors: those of the file system.
+  absl::Status NoteLog(bool is_needed);
   DatabaseLock(const DatabaseLock&) = delete;
   DatabaseLock& operator=(const DatabaseLock&) = delete;
 
@@ -32,7 +36,8 @@ class DatabaseLock {
   absl::Status TakeName(const std::string& db_path);
   absl::Status TakeFile(const std::string& db_path);
 
-  int name_fd_ = -1;  // "<db>.lock".
+  std::string name_;  // "<db>.lock".
+  int name_fd_ = -1;
   int file_fd_ = -1;
   std::pair<uint64_t, uint64_t> file_{};  // Device and inode.
 };
@@ -48,6 +53,8 @@ absl::Status CheckLocalFileSystem(const std::string& db_path);
 // does not hold.
 absl::StatusOr<std::unique_ptr<SqliteConnection>> OpenWriter(const std::string& path,
                                                              const std::string& vfs);
+// Puts the whole log into the file. Errors: the database's; kUnavailable while others read.
+absl::Status EmptyLog(SqliteConnection& db);
 // Opens a query_only connection, which never checkpoints. Errors: the database's.
 absl::StatusOr<std::unique_ptr<SqliteConnection>> OpenReader(const std::string& path,
                                                              const std::string& vfs);

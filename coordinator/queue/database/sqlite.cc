@@ -6,11 +6,13 @@
 #include <algorithm>
 
 #include "common/base/system/memory_end.h"
+#include "coordinator/queue/database/page_checksum.h"
 
 namespace parallax {
 namespace {
 
 absl::StatusCode CodeOf(int sqlite_code) {
+  if (sqlite_code == SQLITE_IOERR_DATA) return absl::StatusCode::kDataLoss;
   switch (sqlite_code & 0xff) {
     case SQLITE_CORRUPT:
     case SQLITE_NOTADB:
@@ -61,7 +63,7 @@ absl::StatusOr<std::unique_ptr<SqliteConnection>> SqliteConnection::Open(const s
       break;
   }
   sqlite3* db = nullptr;
-  const int code = sqlite3_open_v2(path.c_str(), &db, flags, vfs.empty() ? nullptr : vfs.c_str());
+  const int code = sqlite3_open_v2(path.c_str(), &db, flags, ChecksumVfs(vfs).c_str());
   std::unique_ptr<SqliteConnection> connection(new SqliteConnection(db));
   if (code != SQLITE_OK) {
     return MakeError(CodeOf(code), fmt::format("open database {}: {}", path,
@@ -79,7 +81,8 @@ absl::Status SqliteConnection::ErrorOf(int code, const char* sql) const {
   std::string where(sql);
   std::replace(where.begin(), where.end(), '\n', ' ');
   if (where.size() > 120) where = where.substr(0, 117) + "...";
-  return MakeError(CodeOf(code), fmt::format("database: {} (in: {})", sqlite3_errmsg(db_), where));
+  const char* what = code == SQLITE_IOERR_DATA ? kWrongPage : sqlite3_errmsg(db_);
+  return MakeError(CodeOf(code), fmt::format("database: {} (in: {})", what, where));
 }
 
 sqlite3_stmt* SqliteConnection::Prepare(const char* sql, absl::Status& status) {

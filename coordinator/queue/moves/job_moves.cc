@@ -50,7 +50,7 @@ NewJob JobMoves::NextOf(const JobRow& job) const {
           .variant = job.variant,
           .ordinal = job.ordinal,
           .input = job.input,
-          .generation = job.generation + 1};
+          .generation = job.generation + (tables_.options.unsafe_for_test.keep_generation ? 0 : 1)};
 }
 
 absl::Status JobMoves::Settle(int64_t id, bool waits_met) {

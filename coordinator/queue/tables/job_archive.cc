@@ -9,17 +9,17 @@ absl::StatusOr<std::optional<int64_t>> JobArchive::StudyToArchive(double finishe
 SELECT s.id FROM studies AS s
 WHERE s.finished_unix_s < ?1 AND EXISTS (
   SELECT 1 FROM variants AS v JOIN jobs AS j ON j.variant_id = v.id
-  WHERE v.study_id = s.id AND j.id < (SELECT max(id) FROM jobs))
+  WHERE v.study_id = s.id AND j.id < (SELECT max(id) FROM jobs) + ?2)
 ORDER BY s.id LIMIT 1)sql",
-                     finished_before);
+                     finished_before, past_newest_);
 }
 
 absl::StatusOr<int> JobArchive::Add(int64_t study, int limit) {
   ASSIGN_OR_RETURN(
       const std::vector<int64_t> ids,
       db_.Integers("SELECT j.id FROM variants AS v JOIN jobs AS j ON j.variant_id = v.id"
-                   " WHERE v.study_id = ?1 AND j.id < (SELECT max(id) FROM jobs) LIMIT ?2",
-                   study, limit));
+                   " WHERE v.study_id = ?1 AND j.id < (SELECT max(id) FROM jobs) + ?3 LIMIT ?2",
+                   study, limit, past_newest_));
   RETURN_IF_ERROR(db_.Run("UPDATE studies SET archived = 1 WHERE id = ?1 AND archived = 0", study));
   for (const int64_t id : ids) {
     for (const char* sql :

@@ -14,8 +14,9 @@ namespace parallax {
 
 class JobArchive {
  public:
-  // `db` and `losses` must outlive the archive.
-  JobArchive(SqliteConnection& db, LossTable& losses) : db_(db), losses_(losses) {}
+  // `db` and `losses` must outlive the archive. `newest_too`: see UnsafeForTest::archive_newest.
+  JobArchive(SqliteConnection& db, LossTable& losses, bool newest_too)
+      : db_(db), losses_(losses), past_newest_(newest_too ? 1 : 0) {}
 
   // Returns a study that finished before `finished_before`, in seconds since 1970, and still has
   // jobs outside of the archive.
@@ -32,6 +33,7 @@ class JobArchive {
  private:
   SqliteConnection& db_;
   LossTable& losses_;
+  const int past_newest_;  // Jobs are archived whose numbers are below the newest's plus this.
 };
 
 }  // namespace parallax

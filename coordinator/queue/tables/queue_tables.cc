@@ -15,7 +15,7 @@ Tables::Tables(SqliteConnection& connection, const JobQueueOptions& queue_option
       scenes(db),
       results(db),
       folders(db),
-      archive(db, losses),
+      archive(db, losses, options.unsafe_for_test.archive_newest),
       waits(db),
       ledger(db, kinds, options.limits) {}
 

@@ -1,6 +1,5 @@
 // Measures the page's requests on a farm with a million jobs and a thousand workers: a real
 // coordinator, a synthetic database, connected workers that idle. Prints one JSON line.
-#include <sqlite3.h>
 #include <stdlib.h>
 
 #include <CLI/CLI.hpp>
@@ -20,6 +19,7 @@
 #include "samples.h"
 #include "simulated_farm.h"
 #include "tests/bench/program_main.h"
+#include "tests/sqlite_by_hand.h"
 
 namespace parallax {
 namespace {
@@ -43,8 +43,8 @@ class Database {
 
   absl::Status Make(int64_t jobs) {
     RETURN_IF_ERROR(MakeStudy());
-    sqlite3* db = nullptr;
-    if (sqlite3_open(path_.c_str(), &db) != SQLITE_OK) return Internal("no database");
+    sqlite3* db = OpenByHand(path_);
+    if (db == nullptr) return Internal("no database");
     const absl::Status copied = Copy(db, jobs);
     sqlite3_close(db);
     return copied;

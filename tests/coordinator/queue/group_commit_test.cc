@@ -1,10 +1,9 @@
 // Groups of commands: each whole or not at all, whatever becomes of its neighbours.
-#include <sqlite3.h>
-
 #include <map>
 #include <semaphore>
 
 #include "queue_fixture.h"
+#include "tests/sqlite_by_hand.h"
 
 namespace parallax {
 namespace {
@@ -14,8 +13,8 @@ class GroupCommit : public QueueTest {
   // Adds a trigger to the schema: a write of the third scene's frames fails.
   void BreakFramesOfScene2() {
     queue_.reset();
-    sqlite3* db = nullptr;
-    ASSERT_EQ(sqlite3_open(options_.db_path.c_str(), &db), SQLITE_OK);
+    sqlite3* db = OpenByHand(options_.db_path);
+    ASSERT_NE(db, nullptr);
     ASSERT_EQ(sqlite3_exec(db,
                            "CREATE TRIGGER broken BEFORE INSERT ON frames WHEN NEW.ordinal = 2"
                            " BEGIN SELECT RAISE(ABORT, 'broken'); END",

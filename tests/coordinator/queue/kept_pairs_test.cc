@@ -1,9 +1,8 @@
 // Pairs that an attempt has finished before it ended: the next attempts at the scene are told where
 // they are, for as long as the scene is open.
-#include <sqlite3.h>
-
 #include "coordinator/queue/database_tools.h"
 #include "queue_fixture.h"
+#include "tests/sqlite_by_hand.h"
 
 namespace parallax {
 namespace {
@@ -45,8 +44,8 @@ class KeptPairs : public QueueTest {
   }
   void Meddle(const std::string& sql) {
     queue_.reset();
-    sqlite3* db = nullptr;
-    ASSERT_EQ(sqlite3_open(options_.db_path.c_str(), &db), SQLITE_OK);
+    sqlite3* db = OpenByHand(options_.db_path);
+    ASSERT_NE(db, nullptr);
     char* error = nullptr;
     EXPECT_EQ(sqlite3_exec(db, sql.c_str(), nullptr, nullptr, &error), SQLITE_OK) << error;
     sqlite3_close(db);

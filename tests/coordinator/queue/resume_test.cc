@@ -1,10 +1,9 @@
 // Attempts that go on from what earlier attempts left: which folders stay, and until when; and the
 // list of results.
-#include <sqlite3.h>
-
 #include <cmath>
 
 #include "coordinator/queue/database_tools.h"
+#include "tests/sqlite_by_hand.h"
 #include "train_fixture.h"
 
 namespace parallax {
@@ -352,8 +351,8 @@ TEST_F(Resume, TheAuditorFindsEveryBrokenPromise) {
     options_.db_path = dir_ + "/planted.db";
     std::filesystem::copy_file(original, options_.db_path,
                                std::filesystem::copy_options::overwrite_existing);
-    sqlite3* db = nullptr;
-    ASSERT_EQ(sqlite3_open(options_.db_path.c_str(), &db), SQLITE_OK);
+    sqlite3* db = OpenByHand(options_.db_path);
+    ASSERT_NE(db, nullptr);
     const std::string sql = std::string(
                                 "PRAGMA ignore_check_constraints = ON; DROP TRIGGER waits_move;"
                                 "DROP TRIGGER jobs_move; DROP TRIGGER results_are_final;"

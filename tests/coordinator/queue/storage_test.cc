@@ -1,6 +1,5 @@
 // The file under the queue: who may open it, what it refuses to hold, what the auditor finds in it.
 #include <fcntl.h>
-#include <sqlite3.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,6 +15,7 @@
 #include "coordinator/queue/reads/auditor.h"
 #include "coordinator/queue/tables/ledger.h"
 #include "queue_fixture.h"
+#include "tests/sqlite_by_hand.h"
 
 namespace parallax {
 namespace {
@@ -29,8 +29,8 @@ class StorageTest : public QueueTest {
   // Changes the closed database by hand.
   void Meddle(const std::string& sql) {
     queue_.reset();
-    sqlite3* db = nullptr;
-    ASSERT_EQ(sqlite3_open(options_.db_path.c_str(), &db), SQLITE_OK);
+    sqlite3* db = OpenByHand(options_.db_path);
+    ASSERT_NE(db, nullptr);
     char* error = nullptr;
     EXPECT_EQ(sqlite3_exec(db, sql.c_str(), nullptr, nullptr, &error), SQLITE_OK) << error;
     sqlite3_close(db);

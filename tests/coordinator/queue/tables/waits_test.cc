@@ -1,9 +1,8 @@
 // Jobs that wait for other jobs or for a variant's pairs, by the kind `noop`.
-#include <sqlite3.h>
-
 #include "coordinator/queue/database_tools.h"
 #include "tests/coordinator/queue/queue_fixture.h"
 #include "tests/noop/noop_kind.h"
+#include "tests/sqlite_by_hand.h"
 
 namespace parallax {
 namespace {
@@ -338,8 +337,8 @@ TEST_F(WaitsTest, TheAuditorFindsEveryBrokenWait) {
     options_.db_path = dir_ + "/planted.db";
     std::filesystem::copy_file(original, options_.db_path,
                                std::filesystem::copy_options::overwrite_existing);
-    sqlite3* db = nullptr;
-    ASSERT_EQ(sqlite3_open(options_.db_path.c_str(), &db), SQLITE_OK);
+    sqlite3* db = OpenByHand(options_.db_path);
+    ASSERT_NE(db, nullptr);
     const std::string sql = std::string(
                                 "PRAGMA ignore_check_constraints = ON;"
                                 "DROP TRIGGER waits_move; DROP TRIGGER jobs_move;") +

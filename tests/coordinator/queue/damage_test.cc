@@ -1,0 +1,106 @@
+// Files that are not as the queue has left them: a page that the disk has changed, a log that is
+// gone.
+#include <fstream>
+
+#include "common/base/system/file.h"
+#include "coordinator/queue/database/page_checksum.h"
+#include "coordinator/queue/database_tools.h"
+#include "queue_fixture.h"
+
+namespace parallax {
+namespace {
+
+namespace fs = std::filesystem;
+
+using testing::HasSubstr;
+
+class DamageTest : public QueueTest {
+ protected:
+  // The open database's files, as a kill would leave them, under another name.
+  std::string Killed() {
+    const std::string copy = dir_ + "/killed.db";
+    for (const char* ending : {"", "-wal", ".lock"}) {
+      fs::copy_file(options_.db_path + ending, copy + ending, fs::copy_options::overwrite_existing);
+    }
+    return copy;
+  }
+  absl::Status Open(const std::string& path) {
+    JobQueueOptions options = options_;
+    options.db_path = path;
+    return JobQueue::Open(options).status();
+  }
+  static bool Checksums(const std::string& path) {
+    const auto db = SqliteConnection::Open(path, SqliteConnection::Mode::kReadOnly);
+    EXPECT_TRUE(db.ok() && (*db)->Integer("SELECT count(*) FROM sqlite_master").ok());
+    return HasChecksums((*db)->raw());
+  }
+  // Reads every page.
+  absl::Status Copy(const std::string& path) {
+    fs::remove(dir_ + "/copy.db");
+    return BackUpFile(path, dir_ + "/copy.db");
+  }
+};
+
+TEST_F(DamageTest, AnyFlippedBitOfTheDatabaseIsFound) {
+  Submit({.pairs = 40});
+  queue_.reset();
+  const std::string sound = *ReadFile(options_.db_path);
+  ASSERT_TRUE(Copy(options_.db_path).ok());
+  EXPECT_TRUE(Checksums(dir_ + "/copy.db")) << "a copy has checksums, too";
+  const std::string path = dir_ + "/flipped.db";
+  // Each byte of the header, whose 16, 17 and 20 say how pages lie; fewer and fewer later.
+  for (size_t at = 0; at < sound.size(); at = at < 100 ? at + 1 : at * 21 / 20) {
+    const bool all_bits = at == 16 || at == 17 || at == 20;
+    for (int bit = 0; bit < 8; ++bit) {
+      if (!all_bits && bit != static_cast<int>(at % 8)) continue;
+      std::string bytes = sound;
+      bytes[at] = static_cast<char>(bytes[at] ^ (1 << bit));
+      ASSERT_TRUE(WriteFile(path, bytes).ok());
+      EXPECT_FALSE(Copy(path).ok()) << "bit " << bit << " of byte " << at;
+    }
+  }
+  std::string bytes = sound;
+  bytes[sound.size() / 2] ^= 1;
+  ASSERT_TRUE(WriteFile(path, bytes).ok());
+  EXPECT_EQ(Copy(path).code(), absl::StatusCode::kDataLoss);
+}
+
+TEST_F(DamageTest, ADatabaseWithoutChecksumsIsStillRead) {
+  const std::string path = dir_ + "/older.db";
+  {
+    const auto db = SqliteConnection::Open(path, SqliteConnection::Mode::kReadWriteCreate);
+    ASSERT_TRUE(db.ok() && (*db)->Execute("PRAGMA journal_mode = WAL; CREATE TABLE t(x)").ok());
+  }
+  EXPECT_TRUE(Copy(path).ok());
+  EXPECT_FALSE(Checksums(path));
+  EXPECT_FALSE(Checksums(dir_ + "/copy.db"));
+}
+
+TEST_F(DamageTest, ALogThatIsGoneIsMissed) {
+  Submit({.name = "acknowledged"});
+  const std::string path = Killed();
+  fs::remove(path + "-wal");
+  absl::Status status = Open(path);
+  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("killed.db-wal is gone"));
+  EXPECT_EQ(AuditDatabaseFile(path).status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(Open(path).code(), absl::StatusCode::kDataLoss) << "as often as it is asked";
+  fs::remove(path + ".lock");
+  status = Open(path);
+  EXPECT_TRUE(status.ok()) << "it was said so: " << status;
+}
+
+TEST_F(DamageTest, ALogThatWasPutIntoTheDatabaseIsNotMissed) {
+  Submit({.name = "acknowledged"});
+  std::string path = Killed();
+  EXPECT_TRUE(Open(path).ok());
+  EXPECT_FALSE(fs::exists(path + "-wal"));
+  EXPECT_TRUE(Open(path).ok()) << "it was closed";
+  path = Killed();
+  EXPECT_TRUE(AuditDatabaseFile(path).ok());
+  EXPECT_FALSE(fs::exists(path + "-wal"));
+  EXPECT_TRUE(Open(path).ok()) << "it was looked at";
+}
+
+}  // namespace
+}  // namespace parallax

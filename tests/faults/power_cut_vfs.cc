@@ -37,6 +37,7 @@ struct World {
   // Guarded by mu.
   VfsPlan plan;
   int64_t operations = 0;
+  int64_t tried = 0;  // Operations that plan.errors counts.
   bool ended = false;
   std::map<std::string, FileState> files;
 };
@@ -117,10 +118,24 @@ bool CountOperation(World& world) {
   return !world.ended;
 }
 
+enum class Kind { kRead, kWrite, kOther };
+
+// Requires mu.
+bool Errs(World& world, Kind kind) {
+  const DiskErrors& errors = world.plan.errors;
+  if (errors.at < 0 ||
+      (errors.full ? kind != Kind::kWrite : kind == Kind::kRead && !errors.reads)) {
+    return false;
+  }
+  ++world.tried;
+  return world.tried >= errors.at && world.tried < errors.at + errors.count;
+}
+
 int Write(sqlite3_file* file, const void* bytes, int amount, sqlite3_int64 offset) {
   World& world = TheWorld();
   const std::lock_guard lock(world.mu);
   if (world.ended) return SQLITE_IOERR_WRITE;
+  if (Errs(world, Kind::kWrite)) return world.plan.errors.full ? SQLITE_FULL : SQLITE_IOERR_WRITE;
   FileState& state = world.files[Shim(file)->path];
   if (world.plan.lose_unsynced) {
     Change change;
@@ -143,7 +158,7 @@ int Write(sqlite3_file* file, const void* bytes, int amount, sqlite3_int64 offse
 int Truncate(sqlite3_file* file, sqlite3_int64 size) {
   World& world = TheWorld();
   const std::lock_guard lock(world.mu);
-  if (world.ended) return SQLITE_IOERR_TRUNCATE;
+  if (world.ended || Errs(world, Kind::kOther)) return SQLITE_IOERR_TRUNCATE;
   FileState& state = world.files[Shim(file)->path];
   if (world.plan.lose_unsynced) {
     Change change;
@@ -165,7 +180,7 @@ int Truncate(sqlite3_file* file, sqlite3_int64 size) {
 int Sync(sqlite3_file* file, int) {
   World& world = TheWorld();
   const std::lock_guard lock(world.mu);
-  if (!CountOperation(world)) return SQLITE_IOERR_FSYNC;
+  if (Errs(world, Kind::kOther) || !CountOperation(world)) return SQLITE_IOERR_FSYNC;
   // The real one would only cost time: it is this file that decides what survives.
   FileState& state = world.files[Shim(file)->path];
   state.unsynced.clear();
@@ -175,6 +190,9 @@ int Sync(sqlite3_file* file, int) {
 
 int Close(sqlite3_file* file) { return Real(file)->pMethods->xClose(Real(file)); }
 int Read(sqlite3_file* file, void* bytes, int amount, sqlite3_int64 offset) {
+  World& world = TheWorld();
+  const std::lock_guard lock(world.mu);
+  if (Errs(world, Kind::kRead)) return SQLITE_IOERR_READ;
   return Real(file)->pMethods->xRead(Real(file), bytes, amount, offset);
 }
 int FileSize(sqlite3_file* file, sqlite3_int64* size) {
@@ -243,7 +261,7 @@ int Open(sqlite3_vfs* vfs, sqlite3_filename name, sqlite3_file* file, int flags,
 int Delete(sqlite3_vfs* vfs, const char* name, int sync_folder) {
   World& world = TheWorld();
   const std::lock_guard lock(world.mu);
-  if (!CountOperation(world)) return SQLITE_IOERR_DELETE;
+  if (Errs(world, Kind::kOther) || !CountOperation(world)) return SQLITE_IOERR_DELETE;
   world.files.erase(name);
   return RealVfs(vfs)->xDelete(RealVfs(vfs), name, sync_folder);
 }
@@ -275,7 +293,7 @@ void SetVfsPlan(const VfsPlan& plan) {
   World& world = TheWorld();
   const std::lock_guard lock(world.mu);
   world.plan = plan;
-  world.operations = 0;
+  world.operations = world.tried = 0;
   world.ended = false;
   world.files.clear();
 }
@@ -290,6 +308,12 @@ void EndVfs(bool lose_unsynced) {
   World& world = TheWorld();
   const std::lock_guard lock(world.mu);
   if (!world.ended) End(world, lose_unsynced);
+}
+
+void MendDisk() {
+  World& world = TheWorld();
+  const std::lock_guard lock(world.mu);
+  world.plan.errors = {};
 }
 
 bool VfsHasEnded() {

@@ -12,11 +12,21 @@
 
 namespace parallax::faults {
 
+// Errors of a disk that goes on. Operations that change files are counted from 1, with `reads` also
+// those that read; `full`: only writes, which then say that the disk is full.
+struct DiskErrors {
+  int64_t at = -1;  // The first that fails; < 0: none.
+  int64_t count = 1;
+  bool full = false;
+  bool reads = false;
+};
+
 struct VfsPlan {
   int64_t die_at = -1;         // The operation, from 1; < 0: none.
   bool lose_unsynced = false;  // Power cut instead of kill.
   uint64_t seed = 0;           // Decides which writes are lost.
   bool in_process = false;     // Operations fail instead of the end of the process.
+  DiskErrors errors;
 };
 
 inline constexpr char kPowerCutVfs[] = "power-cut";
@@ -31,5 +41,7 @@ int64_t VfsOperations();
 // must be that of the plan, or false.
 void EndVfs(bool lose_unsynced);
 bool VfsHasEnded();
+// From now on the disk makes no errors.
+void MendDisk();
 
 }  // namespace parallax::faults

@@ -54,7 +54,7 @@ void SimWorker::EndRun(const Key& key) {
       run->working && SecondsBetween(run->started, clock_.Steady()) >= run->duration_s * 0.9;
   process.retirement->Ended(key, clock_.Steady());
   if (run->stop == StopCause::kNone || (run->stop == StopCause::kHandBack && whole)) {
-    Submit(ReportOf(*run), /*leftover=*/false);
+    Submit(ReportOf(*run));
   } else if (run->stop == StopCause::kHandBack) {
     process.link->HandBack(run->lease.attempt(), "drained");
   }
@@ -81,49 +81,36 @@ Report SimWorker::ReportOf(const Run& run) {
 }
 
 // ---- Reports: as in worker/agent/session/report_sender.cc
-void SimWorker::Submit(Report report, bool leftover) {
-  Process& process = *process_;
-  const Key key{report.attempt().job_id(), report.attempt().fence()};
-  outbox_[key] = report;
-  unanswered_.insert(key);
-  using Seconds = Backoff::Seconds;
-  process.reports.push_back({.report = std::move(report),
-                             .backoff = Backoff(dice_.Child("report", key.second),
-                                                Seconds(process.options.reports.backoff_base_s),
-                                                Seconds(process.options.reports.backoff_cap_s)),
-                             .leftover = leftover});
+void SimWorker::Submit(Report report) {
+  if (!process_->outbox->Put(report).ok()) std::abort();
+  unanswered_.insert({report.attempt().job_id(), report.attempt().fence()});
+  process_->reports->Add(std::move(report), /*leftover=*/false);
   SendNext();
 }
 
 std::vector<v1::AttemptId> SimWorker::Unanswered() const {
-  std::vector<v1::AttemptId> attempts;
-  for (const Pending& pending : process_->reports) attempts.push_back(pending.report.attempt());
-  return attempts;
+  return process_->reports->Pending(process_->link->coordinator_id());
 }
 
 void SimWorker::SendNext() {
-  Process& process = *process_;
-  if (process.in_flight || !process.reporting_to) return;
-  Pending* next = nullptr;
-  for (Pending& pending : process.reports) {
-    if (world_.mutation == Mutation::kSendOnce && pending.sent) continue;
-    if (next == nullptr || pending.due < next->due) next = &pending;
-  }
+  if (process_->in_flight != nullptr) return;
+  ReportQueue::Entry* const next = process_->reports->Next();
   if (next == nullptr) return;
-  if (next->due <= clock_.Steady()) return Send(*next);
+  if (next->due <= clock_.Steady()) return Send(next);
   Later(clock_.Until(next->due), [this] { SendNext(); });
 }
 
 // One call: its request or its reply may be lost, delayed or repeated.
-void SimWorker::Send(Pending& pending) {
+void SimWorker::Send(ReportQueue::Entry* entry) {
   Process& process = *process_;
-  const Key key{pending.report.attempt().job_id(), pending.report.attempt().fence()};
-  pending.sent = true;
-  process.in_flight = key;
+  const Key key{entry->report.attempt().job_id(), entry->report.attempt().fence()};
+  if (!process.sent.insert(key).second && world_.mutation.send_once) return;
+  if (world_.mutation.remove_early) process.outbox->Remove(entry->report).IgnoreError();
+  process.in_flight = entry;
   const int64_t call = ++process.call;
-  const auto answer = [this, call, key](const absl::StatusOr<v1::ReportOutcome>& outcome) {
-    Later(0, [this, call, key, outcome] {
-      if (process_->call == call && process_->in_flight == key) Answered(key, outcome);
+  const auto answer = [this, call](const absl::StatusOr<v1::ReportOutcome>& outcome) {
+    Later(0, [this, call, status = outcome.status()] {
+      if (process_->call == call && process_->in_flight != nullptr) Answered(status);
     });
   };
   const auto reply = [this, life = lives_,
@@ -135,7 +122,7 @@ void SimWorker::Send(Pending& pending) {
       if (Lives(life)) answer(outcome);
     });
   };
-  const auto arrive = [this, report = pending.report, reply] {
+  const auto arrive = [this, report = entry->report, reply] {
     coordinator_.Enter([this, &report, &reply] {
       if (const auto* complete = std::get_if<v1::CompleteRequest>(&report.body)) {
         coordinator_.Complete(*complete, reply);
@@ -154,22 +141,14 @@ void SimWorker::Send(Pending& pending) {
         [answer] { answer(DeadlineExceeded("no answer to a report")); });
 }
 
-void SimWorker::Answered(const Key& key, const absl::StatusOr<v1::ReportOutcome>& outcome) {
+void SimWorker::Answered(const absl::Status& status) {
   Process& process = *process_;
-  process.in_flight.reset();
-  const auto pending =
-      std::find_if(process.reports.begin(), process.reports.end(), [&](const Pending& other) {
-        return Key{other.report.attempt().job_id(), other.report.attempt().fence()} == key;
-      });
-  if (pending == process.reports.end()) return;
-  if (outcome.ok() || absl::IsInvalidArgument(outcome.status())) {
-    outbox_.erase(key);
-    unanswered_.erase(key);
-    process.reports.erase(pending);
-  } else {
-    pending->tried = true;
-    pending->due = SecondsAfter(clock_.Steady(), pending->backoff.Next().count());
+  ReportQueue::Entry* const entry = std::exchange(process.in_flight, nullptr);
+  if (ReportQueue::IsDefinitive(status)) {
+    process.outbox->Remove(entry->report).IgnoreError();
+    unanswered_.erase({entry->report.attempt().job_id(), entry->report.attempt().fence()});
   }
+  process.reports->Answered(entry, status);
   WakeSoon();
   SendNext();
 }

@@ -41,7 +41,7 @@ void SimClient::Submit(const v1::SubmitRequest& request) {
   CallUntilDone([this, request] {
     const auto reply = coordinator_.queue().Submit(request, "client");
     if (!reply.ok()) {
-      coordinator_.model().Complain("submit: " + reply.status().ToString());
+      coordinator_.model().Expect(reply.status(), "submit");
       return false;
     }
     const int64_t id = reply->study_id();
@@ -86,7 +86,9 @@ void SimClient::OrderLater() {
 void SimClient::GiveOrder() {
   const int draw = dice_.UniformInt(0, 99);
   if (draw < 10) {
-    return coordinator_.clock().JumpWall(dice_.Uniform(-1, 1) * 60 * world_.knobs.queue.lease_s);
+    // Epochs follow the clock, so that a backup does not repeat them if that is not set back.
+    const double least = world_.knobs.lie == Lie::kOlder ? 0 : -1;
+    return coordinator_.clock().JumpWall(dice_.Uniform(least, 1) * 60 * world_.knobs.queue.lease_s);
   }
   if (draw < 25) {
     const std::string worker = dice_.Pick(workers_);
@@ -146,10 +148,13 @@ void SimClient::Steer(int64_t study, int draw) {
 void SimClient::Order(int64_t study, const char* name, const std::function<absl::Status()>& ask,
                       const std::function<void()>& tell) {
   QueueModel& model = coordinator_.model();
+  if (!model.Knows(study)) return;  // A backup from before it was put back.
   model.OrderBegins(study);
   const absl::Status status = ask();
   world_.story.Tell("client: {} study {}: {}", name, study, status.ToString());
   status.ok() ? tell() : model.OrderFails(study);
+  // A refusal is the queue's own word, not SQLite's.
+  if (std::string(status.message()).starts_with("database:")) model.Expect(status, name);
 }
 
 void SimClient::Settle() {

@@ -27,7 +27,7 @@ bool HasEnded(v1::StudyState state) {
 
 void QueueModel::Compare(JobQueue& queue, bool at_end) {
   const auto findings = queue.Check();
-  if (!findings.ok()) return Complain("audit: " + findings.status().ToString());
+  if (!findings.ok()) return Expect(findings.status(), "audit");
   for (const std::string& finding : *findings) Complain("audit: " + finding);
   for (auto& [id, study] : studies_) {
     if (id != 0 && !study.forgotten) CompareStudy(queue, id, study, at_end);
@@ -36,6 +36,9 @@ void QueueModel::Compare(JobQueue& queue, bool at_end) {
 
 void QueueModel::CompareStudy(JobQueue& queue, int64_t id, Study& study, bool at_end) {
   const auto status = queue.GetStudy(StudyId{id});
+  if (!status.ok() && !absl::IsNotFound(status.status())) {
+    return Expect(status.status(), fmt::format("study {}", id));
+  }
   if (study.in_doubt) {
     study.forgotten = absl::IsNotFound(status.status());
     if (study.forgotten) return;
@@ -70,7 +73,7 @@ void QueueModel::CompareJobs(JobQueue& queue, int64_t id) {
   request.set_study_id(id);
   request.set_limit(kMostRows);
   const auto rows = queue.ListJobs(request);
-  if (!rows.ok()) return Complain("jobs: " + rows.status().ToString());
+  if (!rows.ok()) return Expect(rows.status(), "jobs");
   std::set<int64_t> seen;
   for (const v1::JobStatus& row : *rows) {
     seen.insert(row.job_id());
@@ -97,7 +100,7 @@ void QueueModel::CompareFrames(JobQueue& queue, int64_t id, const v1::StudyStatu
   request.set_study_id(id);
   request.set_limit(kMostRows);
   const auto frames = queue.ListFrames(request);
-  if (!frames.ok()) return Complain("frames: " + frames.status().ToString());
+  if (!frames.ok()) return Expect(frames.status(), "frames");
   std::set<std::tuple<std::string, uint32_t, uint32_t>> seen;
   std::map<std::string, int64_t> pairs;
   for (const v1::PublishedFrame& frame : *frames) {

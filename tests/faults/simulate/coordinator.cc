@@ -4,9 +4,9 @@
 
 #include <utility>
 
+#include "coordinator/rpc/storage/store_claim.h"
 #include "coordinator/rpc/validation.h"
 #include "tests/faults/life.h"
-#include "tests/faults/power_cut_vfs.h"
 
 namespace parallax::faults {
 namespace {
@@ -28,9 +28,12 @@ SimCoordinator::SimCoordinator(World& world, const std::string& folder)
       clock_(world.schedule, Rate(DriftOf(world), world.knobs.drift)),
       model_({.lease_s = world.knobs.queue.lease_s,
               .grace_s = std::min(world.knobs.queue.lease_s, world.knobs.reconnect_grace_s),
-              .slack_s = 8 * world.knobs.turn_s},
+              .slack_s = 8 * world.knobs.turn_s,
+              .user_running = world.knobs.user_running,
+              .disk_lies = world.knobs.disk_errs || world.knobs.lie != Lie::kNone},
              clock_),
-      dice_(world.rng.Child("coordinator/events")) {
+      dice_(world.rng.Child("coordinator/events")),
+      liar_(folder) {
   RegisterPowerCutVfs();
   // Random numbers of SQLite become the same for the same seed.
   sqlite3_test_control(SQLITE_TESTCTRL_PRNG_SEED, static_cast<int>(world.seed % 0x7fffffff) + 1,
@@ -43,22 +46,37 @@ SimCoordinator::~SimCoordinator() {
   SetVfsPlan({});
 }
 
-void SimCoordinator::Start() {
-  if (is_up()) return;
-  ++lives_;
+VfsPlan SimCoordinator::DrawPlan() {
   VfsPlan plan{.lose_unsynced = true, .seed = dice_.Bits64(), .in_process = true};
+  if (!world_.has_faults) return plan;
   // Half of the lives end at one of the operations on files, if they come so far.
-  if (world_.has_faults && world_.knobs.coordinator_life_s > 0 && dice_.Bernoulli(0.5)) {
+  if (world_.knobs.coordinator_life_s > 0 && dice_.Bernoulli(0.5)) {
     plan.die_at = dice_.UniformInt(1, dice_.Bernoulli(0.3) ? 60 : 3000);
     plan.lose_unsynced = dice_.Bernoulli(world_.knobs.power_cut_p);
   }
-  SetVfsPlan(plan);
+  if (world_.knobs.disk_errs && dice_.Bernoulli(0.7)) {
+    plan.errors = {.at = dice_.UniformInt(1, dice_.Bernoulli(0.3) ? 100 : 5000),
+                   .count = dice_.Bernoulli(0.5) ? 1 : dice_.UniformInt(2, 200),
+                   .full = dice_.Bernoulli(0.5),
+                   .reads = dice_.Bernoulli(0.5)};
+  }
+  return plan;
+}
+
+void SimCoordinator::Start() {
+  if (is_up() || refused_) return;
+  ++lives_;
+  SetVfsPlan(DrawPlan());
+  absl::Status status;
   try {
-    OpenQueue();
+    status = OpenOrPutBack();
   } catch (const ProcessEnds&) {
   }
   if (VfsHasEnded()) return Bury("dies in its start");
-  if (!is_up()) return;
+  if (!status.ok()) {
+    HandleFatal(status);
+    return Bury("does not start");
+  }
   model_.Started(queue().epoch());
   world_.story.Tell("coordinator: starts, epoch {:x}", queue().epoch());
   const int life = lives_;
@@ -67,32 +85,84 @@ void SimCoordinator::Start() {
       if (world_.has_faults && Lives(life)) Die(dice_.Bernoulli(world_.knobs.power_cut_p));
     });
   }
+  if (world_.knobs.lie == Lie::kOlder && backup_ == nullptr) BackUpLater(life);
   TickLater(life);
   Enter([this] { model_.Compare(queue(), /*at_end=*/false); });
 }
 
-void SimCoordinator::OpenQueue() {
+absl::Status SimCoordinator::OpenQueue() {
   JobQueueOptions options = world_.knobs.queue;
   options.db_path = folder_ + "/queue.db";
   options.vfs = kPowerCutVfs;
   options.clock = &clock_;
   options.kinds = &Kinds();
-  options.on_fatal = [](const absl::Status&) { throw ProcessEnds(); };
-  options.unsafe_for_test.ignore_fences = world_.mutation == Mutation::kNoFenceCheck;
-  options.unsafe_for_test.keep_epoch = world_.mutation == Mutation::kKeepEpoch;
-  options.unsafe_for_test.synchronous_off = world_.mutation == Mutation::kSynchronousOff;
-  options.unsafe_for_test.keep_waiters = world_.mutation == Mutation::kKeepWaiters;
+  options.open_store = [this](const KnownStore& known) -> absl::StatusOr<std::string> {
+    ASSIGN_OR_RETURN(const auto store, ClaimStore("file://" + folder_ + "/store", known, false));
+    return store->Id();
+  };
+  options.on_fatal = [this](const absl::Status& status) {
+    HandleFatal(status);
+    throw ProcessEnds();
+  };
+  options.unsafe_for_test = world_.mutation.queue;
   auto life = std::make_unique<Life>();
-  auto queue = JobQueue::Open(options);
-  if (!queue.ok()) {
-    if (!VfsHasEnded()) model_.Complain("no start: " + queue.status().ToString());
-    return;
-  }
-  life->queue = *std::move(queue);
+  ASSIGN_OR_RETURN(life->queue, JobQueue::Open(options));
   life->dispatcher = std::make_unique<Dispatcher>(
       *life->queue, life->pool, clock_, world_.knobs.reconnect_grace_s, /*own_thread=*/false);
   life->queue->SetObserver(this);
   life_ = std::move(life);
+  return absl::OkStatus();
+}
+
+absl::Status SimCoordinator::OpenOrPutBack() {
+  const bool lies = world_.has_faults && world_.knobs.lie != Lie::kNone && !liar_.has_lied() &&
+                    lives_ >= world_.knobs.lie_at &&
+                    (world_.knobs.lie != Lie::kOlder || backup_ != nullptr);
+  if (!lies) return OpenQueue();
+  SetVfsPlan({.lose_unsynced = true, .seed = dice_.Bits64(), .in_process = true});
+  const std::string what = liar_.Lie(world_.knobs.lie, dice_, clock_.UnixSeconds());
+  world_.story.Tell("coordinator: {}", what);
+  if (world_.knobs.lie == Lie::kOlder) clock_.JumpWall(86400);
+  const absl::Status status = OpenQueue();
+  if (status.ok()) {
+    if (world_.knobs.lie == Lie::kOlder) model_.Rewind(*backup_);
+    return status;
+  }
+  if (VfsHasEnded()) return status;
+  // Who has put it there reads the line, and puts back what was there.
+  model_.Expect(status, "refuses " + what);
+  world_.story.Tell("coordinator: refuses: {}", Plain(status));
+  liar_.PutBack();
+  return OpenQueue();
+}
+
+void SimCoordinator::BackUpLater(int life) {
+  world_.schedule.After(world_.Next(world_.knobs.queue.lease_s), [this, life] {
+    if (!Lives(life) || backup_ != nullptr) return;
+    Enter([this] {
+      if (!queue().Backup(liar_.backup_path()).ok()) return;
+      world_.story.Tell("coordinator: a backup is made");
+      backup_ = std::make_unique<QueueModel>(model_);
+    });
+  });
+}
+
+// Without the name of the run's folder, which is another each time.
+std::string SimCoordinator::Plain(const absl::Status& status) const {
+  std::string text = status.ToString();
+  for (size_t at = 0; (at = text.find(folder_)) != std::string::npos;)
+    text.erase(at, folder_.size());
+  return text;
+}
+
+// The queue ends the process, with one line.
+void SimCoordinator::HandleFatal(const absl::Status& status) {
+  if (VfsHasEnded()) return;
+  world_.story.Tell("coordinator: ends itself: {}", Plain(status));
+  // Its database is damaged, which no restart mends.
+  refused_ = absl::IsDataLoss(status) && liar_.has_lied();
+  model_.Expect(status, "the coordinator ends itself");
+  EndVfs(/*lose_unsynced=*/false);
 }
 
 void SimCoordinator::Die(bool power_cut) {
@@ -106,6 +176,7 @@ void SimCoordinator::Bury(const char* how) {
   model_.Died();
   const std::unique_ptr<Life> dead = std::move(life_);
   if (dead != nullptr) dead->queue->SetObserver(nullptr);
+  if (refused_) return world_.story.Tell("coordinator: its database is damaged");
   const double away_s = world_.has_faults && dice_.Bernoulli(0.3)
                             ? dice_.Uniform() * 2 * world_.knobs.queue.lease_s
                             : world_.knobs.turn_s;
@@ -181,6 +252,8 @@ std::string SimCoordinator::NameOf(const absl::StatusOr<v1::ReportOutcome>& outc
 }
 
 void SimCoordinator::Complete(const v1::CompleteRequest& request, Reply reply) {
+  if (request.coordinator_id() != queue().database_id())
+    return reply(v1::REPORT_OUTCOME_STALE_FENCE);
   model_.ReportBegins(request.attempt());
   queue().CompleteAsync(
       request, "",
@@ -196,6 +269,8 @@ void SimCoordinator::Complete(const v1::CompleteRequest& request, Reply reply) {
 }
 
 void SimCoordinator::Fail(const v1::FailRequest& request, Reply reply) {
+  if (request.coordinator_id() != queue().database_id())
+    return reply(v1::REPORT_OUTCOME_STALE_FENCE);
   pool().Run([this, request, reply = std::move(reply)] {
     model_.ReportBegins(request.attempt());
     const auto outcome = queue().Fail(CleanFail(request));

@@ -3,12 +3,15 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/task_pool.h"
 #include "coordinator/rpc/workers/dispatcher.h"
+#include "tests/faults/power_cut_vfs.h"
+#include "tests/faults/simulate/liar.h"
 #include "tests/faults/simulate/model.h"
 #include "tests/faults/simulate/stream.h"
 #include "tests/faults/simulate/world.h"
@@ -25,6 +28,10 @@ class SimCoordinator final : public JobQueueObserver {
   void End() { life_.reset(); }
   // Ends the process, or its machine's power.
   void Die(bool power_cut);
+  // Its disk makes no errors any more.
+  void Mend() { MendDisk(); }
+  // Returns whether it has noticed that its disk lies, and refuses to go on.
+  bool has_refused() const { return refused_; }
   bool is_up() const { return life_ != nullptr; }
   bool Lives(int life) const { return is_up() && life == lives_; }
   int lives() const { return lives_; }
@@ -41,6 +48,11 @@ class SimCoordinator final : public JobQueueObserver {
   JobQueue& queue() { return *life_->queue; }
   Dispatcher& dispatcher() { return *life_->dispatcher; }
   TaskPool& pool() { return life_->pool; }
+  // Notes, or returns, the process of this worker that said hello last.
+  void TookIn(const std::string& worker, const std::string& process) {
+    process_of_[worker] = process;
+  }
+  const std::string& ProcessOf(const std::string& worker) { return process_of_[worker]; }
   QueueModel& model() { return model_; }
   MachineClock& clock() { return clock_; }
   static std::string NameOf(const absl::StatusOr<v1::ReportOutcome>& outcome);
@@ -58,7 +70,13 @@ class SimCoordinator final : public JobQueueObserver {
     TaskPool pool{0};
     std::unique_ptr<Dispatcher> dispatcher;
   };
-  void OpenQueue();
+  VfsPlan DrawPlan();
+  absl::Status OpenQueue();
+  // Opens the database after its disk may have lied, or puts back what was there before.
+  absl::Status OpenOrPutBack();
+  void BackUpLater(int life);
+  void HandleFatal(const absl::Status& status);
+  std::string Plain(const absl::Status& status) const;
   void Bury(const char* how);
   // Its threads get their turns soon.
   void Stir();
@@ -73,8 +91,12 @@ class SimCoordinator final : public JobQueueObserver {
   MachineClock clock_;
   QueueModel model_;
   Rng dice_;
+  DatabaseLiar liar_;
+  std::map<std::string, std::string> process_of_;
+  std::unique_ptr<QueueModel> backup_;  // The model when the backup was made.
   std::unique_ptr<Life> life_;
   int lives_ = 0;
+  bool refused_ = false;
   bool queue_turn_ = false, pool_turn_ = false, dispatcher_turn_ = false;  // Planned.
   double look_at_s_ = 0;  // The dispatcher's next turn, if nothing happens before.
 };

@@ -1,5 +1,7 @@
 #include "tests/faults/simulate/knobs.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
 
 namespace parallax::faults {
@@ -29,10 +31,21 @@ void DrawCoordinator(Rng& rng, Knobs& knobs) {
   queue.retry.backoff_min_s = knobs.scale * LogUniform(rng, 0.5, 20);
   queue.retry.backoff_max_s = queue.retry.backoff_min_s * LogUniform(rng, 1, 60);
   queue.archive_after_s = rng.Bernoulli(0.3) ? knobs.scale * LogUniform(rng, 5, 500) : 0;
+  if (rng.Bernoulli(0.2)) {
+    knobs.user_running = rng.UniformInt(1, 4);
+    queue.limits = *LimitRules::Parse(
+        fmt::format("default: {{max_running: {}}}", knobs.user_running), "limits");
+  }
   knobs.reconnect_grace_s = queue.lease_s * LogUniform(rng, 0.05, 2);
   knobs.turn_s = queue.lease_s * LogUniform(rng, 1e-5, 1e-2);
   knobs.coordinator_life_s = queue.lease_s * Sometimes(rng, 0.75, 1, 50);
   knobs.power_cut_p = rng.Uniform();
+  knobs.disk_errs = rng.Bernoulli(0.2);
+  knobs.lie = rng.Bernoulli(0.3) ? static_cast<Lie>(rng.UniformInt(1, 4)) : Lie::kNone;
+  knobs.lie_at = rng.UniformInt(2, 5);
+  if (knobs.lie != Lie::kNone || knobs.disk_errs) {
+    knobs.coordinator_life_s = queue.lease_s * LogUniform(rng, 1, 10);
+  }
 }
 
 void DrawNetwork(Rng& rng, Knobs& knobs) {

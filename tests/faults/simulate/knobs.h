@@ -7,16 +7,29 @@
 
 namespace parallax::faults {
 
+// What happens to the database's files while the coordinator is down.
+enum class Lie {
+  kNone,
+  kFlippedBit,  // A bit of the database is another one.
+  kOlder,       // A backup is put back, a day later.
+  kAnother,     // Another farm's database is put in its place.
+  kNoLog,       // Its log (WAL) is deleted.
+};
+
 struct Knobs {
   double scale = 1;       // All time-outs are multiplied by it; a quarter of the runs has 0.01.
   double faults_s = 600;  // How long there are faults and orders.
 
   // The coordinator.
   JobQueueOptions queue;  // Without paths and clock.
+  int user_running = 0;   // The users' limit in it; 0: none.
   double reconnect_grace_s = 30;
   double turn_s = 0.01;  // The longest wait of its threads for their turns.
   double coordinator_life_s = 300;
   double power_cut_p = 0.5;  // Of its deaths.
+  bool disk_errs = false;    // Its disk has errors, or is full, now and then.
+  Lie lie = Lie::kNone;
+  int lie_at = 2;  // Before this start of it, or a later one.
 
   // The network.
   double delay_s = 0.05;  // The longest delay of most messages.

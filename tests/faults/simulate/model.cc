@@ -29,6 +29,16 @@ void QueueModel::Complain(const std::string& what) {
   if (complaints_.size() < kMostComplaints) complaints_.push_back(what);
 }
 
+void QueueModel::Expect(const absl::Status& status, const std::string& what) {
+  const std::string line(status.message());
+  const bool of_disk = absl::IsDataLoss(status) || absl::IsUnavailable(status) ||
+                       absl::IsResourceExhausted(status) || absl::IsFailedPrecondition(status);
+  const bool is_clear =
+      !line.empty() && line.find('\n') == std::string::npos &&
+      (line.find("database") != std::string::npos || line.find("checkpoint") != std::string::npos);
+  if (!options_.disk_lies || !of_disk || !is_clear) Complain(what + ": " + status.ToString());
+}
+
 std::string QueueModel::Name(int64_t job, const Job& row) const {
   return fmt::format("{} job {} of study {} (attempt {:x} of {})", row.kind, job, row.study,
                      row.fence, row.worker);
@@ -58,6 +68,16 @@ void QueueModel::Died() {
   reporting_.clear();
   joining_.clear();
   ordering_.clear();
+}
+
+void QueueModel::Rewind(const QueueModel& then) {
+  QueueModel copy(then);
+  copy.Died();  // Commands that were under way are in the backup or not.
+  studies_ = std::move(copy.studies_);
+  study_of_name_ = std::move(copy.study_of_name_);
+  jobs_ = std::move(copy.jobs_);
+  workers_ = std::move(copy.workers_);
+  accepted_ = std::move(copy.accepted_);
 }
 
 // ---- Clients
@@ -200,19 +220,22 @@ void QueueModel::LeaseGiven(const std::string& name, const v1::Lease& lease,
   if (Now() - workers_[name].drained_s > options_.slack_s) {
     Complain(Name(id, job) + " is leased to a worker that is drained");
   }
-  if (settled && study.max_running > 0) CheckLimits(study, study_id, queue);
+  if (settled) CheckLimit(study_id, study.max_running, queue);
+  CheckLimit(/*study=*/-1, options_.user_running, queue);
 }
 
-void QueueModel::CheckLimits(const Study& study, int64_t id, const JobQueue& queue) {
+void QueueModel::CheckLimit(int64_t id, int64_t limit, const JobQueue& queue) {
+  if (limit == 0) return;
   int64_t running = 0;
   for (const auto& [job_id, job] : jobs_) {
     v1::AttemptId attempt;
     attempt.set_job_id(job_id);
     attempt.set_fence(job.fence);
-    running += job.study == id && queue.IsHeldBy(job.worker, attempt) ? 1 : 0;
+    running += (id < 0 || job.study == id) && queue.IsHeldBy(job.worker, attempt) ? 1 : 0;
   }
-  if (running <= study.max_running) return;
-  Complain(fmt::format("{} jobs of study {} run, its limit is {}", running, id, study.max_running));
+  if (running <= limit) return;
+  Complain(fmt::format("{} jobs of {} run, the limit is {}", running,
+                       id < 0 ? "the user" : fmt::format("study {}", id), limit));
 }
 
 void QueueModel::LeaseTaken(const v1::AttemptId& attempt, const std::string& reason) {
@@ -240,10 +263,14 @@ void QueueModel::ReportEnds(const v1::AttemptId& attempt, Report report,
                             const absl::StatusOr<v1::ReportOutcome>& outcome) {
   EraseOne(reporting_, std::pair(attempt.job_id(), attempt.fence()));
   const auto found = jobs_.find(attempt.job_id());
-  if (found == jobs_.end()) return Complain("a report on a job that was never leased");
+  if (!outcome.ok()) return Expect(outcome.status(), fmt::format("job {}", attempt.job_id()));
+  if (found == jobs_.end()) {
+    const bool was_given = fences_.count(attempt.fence()) > 0;  // In what a backup has replaced.
+    if (was_given && *outcome == v1::REPORT_OUTCOME_STALE_FENCE) return;
+    return Complain("a report on a job that was never leased");
+  }
   Job& job = found->second;
   const std::string name = Name(attempt.job_id(), job);
-  if (!outcome.ok()) return Complain(name + ": " + outcome.status().ToString());
   const bool newest = job.fence == attempt.fence();
   const bool holds = newest && job.state == Job::kHeld;
   switch (*outcome) {

@@ -20,8 +20,10 @@ class QueueModel {
  public:
   struct Options {
     double lease_s = 60;
-    double grace_s = 30;  // Until a worker whose stream broke is lost.
-    double slack_s = 0;   // The longest way of a command through the coordinator.
+    double grace_s = 30;       // Until a worker whose stream broke is lost.
+    double slack_s = 0;        // The longest way of a command through the coordinator.
+    int64_t user_running = 0;  // The limit of jobs of all studies; 0: none.
+    bool disk_lies = false;    // Commands may fail for the disk's errors, with one clear line.
   };
   // `clock`, the coordinator's, must outlive the model.
   QueueModel(const Options& options, Clock& clock) : options_(options), clock_(clock) {}
@@ -29,6 +31,8 @@ class QueueModel {
   // ---- The coordinator's life
   void Started(uint64_t epoch);
   void Died();
+  // The database of then has been put back. Fences stay given.
+  void Rewind(const QueueModel& then);
 
   // ---- Clients. Begins: the command has come; Ends: it was answered with success.
   enum class Order { kCancel, kPause, kResume, kRetry, kForget };
@@ -62,6 +66,10 @@ class QueueModel {
   // Compares the queue's tables with the model. `at_end`: every study must have ended.
   void Compare(JobQueue& queue, bool at_end);
   void Complain(const std::string& what);
+  // Complains about an error, unless a disk that lies explains it and it is told in one line.
+  void Expect(const absl::Status& status, const std::string& what);
+  // Returns whether the study was acknowledged and is still there.
+  bool Knows(int64_t study) const { return studies_.count(study) > 0; }
   const std::vector<std::string>& complaints() const { return complaints_; }
   int64_t done() const { return done_; }
   int64_t stale() const { return stale_; }
@@ -97,7 +105,8 @@ class QueueModel {
   std::string Name(int64_t job, const Job& row) const;
   // Returns whether the queue may give the lease away by now.
   bool IsExcused(const Job& job);
-  void CheckLimits(const Study& study, int64_t id, const JobQueue& queue);
+  // `study` < 0: of all studies, which are one user's. `limit` 0: none.
+  void CheckLimit(int64_t study, int64_t limit, const JobQueue& queue);
   void CompareStudy(JobQueue& queue, int64_t id, Study& study, bool at_end);
   void CompareJobs(JobQueue& queue, int64_t id);
   void CompareFrames(JobQueue& queue, int64_t id, const v1::StudyStatus& status);

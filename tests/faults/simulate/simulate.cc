@@ -31,13 +31,20 @@ struct NamedMutation {
   const char* name;
   Mutation mutation;
 };
-constexpr NamedMutation kMutations[] = {
-    {"no-fence-check", Mutation::kNoFenceCheck},
-    {"no-epoch-bump", Mutation::kKeepEpoch},
-    {"synchronous-off", Mutation::kSynchronousOff},
-    {"keep-waiters", Mutation::kKeepWaiters},
-    {"no-outbox", Mutation::kNoOutbox},
-    {"send-once", Mutation::kSendOnce},
+const NamedMutation kMutations[] = {
+    {"no-fence-check", {.queue = {.ignore_fences = true}}},
+    {"no-epoch-bump", {.queue = {.keep_epoch = true}}},
+    {"synchronous-off", {.queue = {.synchronous_off = true}}},
+    {"keep-waiters", {.queue = {.keep_waiters = true}}},
+    {"adopt-nothing", {.queue = {.adopt_nothing = true}}},
+    {"expire-early", {.queue = {.expire_early = true}}},
+    {"ignore-limits", {.queue = {.ignore_limits = true}}},
+    {"keep-generation", {.queue = {.keep_generation = true}}},
+    {"forget-unfinished", {.queue = {.forget_unfinished = true}}},
+    {"archive-newest", {.queue = {.archive_newest = true}}},
+    {"no-outbox", {.no_outbox = true}},
+    {"send-once", {.send_once = true}},
+    {"remove-early", {.remove_early = true}},
 };
 
 double CpuSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
@@ -45,7 +52,7 @@ double CpuSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 // The totals of all children, in memory that they share.
 struct Totals {
   std::atomic<uint64_t> next{0};  // Seed.
-  std::atomic<int64_t> seeds{0}, events{0}, jobs{0}, stale{0}, starts{0};
+  std::atomic<int64_t> seeds{0}, events{0}, jobs{0}, stale{0}, starts{0}, refused{0};
   std::atomic<double> virtual_s{0}, cpu_s{0};
   std::atomic<int64_t> failed{0};
   std::atomic<uint64_t> first_failed{0};
@@ -84,6 +91,7 @@ bool Count(uint64_t seed, Totals& totals) {
   totals.jobs += result.jobs;
   totals.stale += result.stale;
   totals.starts += result.starts;
+  totals.refused += result.refused ? 1 : 0;
   totals.virtual_s += result.virtual_s;
   totals.cpu_s += CpuSeconds() - before_s;
   if (result.complaints.empty()) return true;
@@ -193,6 +201,7 @@ void Simulate(const ExperimentOptions& options, Tally& tally) {
   tally.faults = totals->starts - totals->seeds;
   tally.figures["events"] = static_cast<double>(totals->events);
   tally.figures["stale_reports"] = static_cast<double>(totals->stale);
+  tally.figures["refused"] = static_cast<double>(totals->refused);
   tally.figures["virtual_s"] = totals->virtual_s;
   tally.figures["cpu_s"] = totals->cpu_s;
   tally.figures["virtual_s_per_cpu_s"] = totals->virtual_s / std::max(1e-9, totals->cpu_s.load());
@@ -205,11 +214,13 @@ void SimulateControls(const ExperimentOptions& options, Tally& tally) {
     for (int round = 0; round < options.rounds; ++round) {
       const uint64_t first = options.seed + static_cast<uint64_t>(round) * kSeedsForControls;
       uint64_t tried = 0;
-      bool found = false;
-      while (!found && tried < kSeedsForControls) {
-        found = !RunSeed({.seed = first + tried++, .mutation = named.mutation}).complaints.empty();
+      std::vector<std::string> found;
+      while (found.empty() && tried < kSeedsForControls) {
+        found = RunSeed({.seed = first + tried++, .mutation = named.mutation}).complaints;
       }
-      if (!found) tally.Lost(std::string(named.name) + " is not found within 200 seeds");
+      if (found.empty()) tally.Lost(std::string(named.name) + " is not found within 200 seeds");
+      std::cerr << named.name << ": " << tried
+                << " seeds: " << (found.empty() ? "nothing" : found.front()) << std::endl;
       needed.push_back(tried);
       ++tally.rounds;
     }

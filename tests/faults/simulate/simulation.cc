@@ -23,7 +23,7 @@ class Run {
         coordinator_(world_, folder_.path()) {
     std::vector<std::string> names;
     for (int i = 0; i < world_.knobs.workers; ++i) {
-      workers_.push_back(std::make_unique<SimWorker>(world_, coordinator_, i));
+      workers_.push_back(std::make_unique<SimWorker>(world_, coordinator_, folder_.path(), i));
       names.push_back(workers_.back()->name());
     }
     client_ = std::make_unique<SimClient>(world_, coordinator_, names);
@@ -41,27 +41,30 @@ class Run {
     RunUntil(world_.knobs.faults_s);
     world_.story.Tell("the faults are over");
     world_.has_faults = false;
+    coordinator_.Mend();
     for (const auto& worker : workers_) worker->Mend();
     client_->Settle();
     const double bound_s = world_.schedule.now() + Bound();
-    while (sound() && !HasEnded() && world_.schedule.now() < bound_s) {
+    while (goes_on() && !HasEnded() && world_.schedule.now() < bound_s) {
       RunUntil(world_.schedule.now() + world_.knobs.queue.lease_s);
     }
-    if (sound()) Judge();
+    if (sound() && !coordinator_.has_refused()) Judge();
     return {.complaints = coordinator_.model().complaints(),
             .story = world_.story.text(),
             .virtual_s = world_.schedule.now(),
             .events = world_.schedule.events(),
             .jobs = coordinator_.model().done(),
             .stale = coordinator_.model().stale(),
-            .starts = coordinator_.lives()};
+            .starts = coordinator_.lives(),
+            .refused = coordinator_.has_refused()};
   }
 
  private:
   bool sound() { return coordinator_.model().complaints().empty(); }
+  bool goes_on() { return sound() && !coordinator_.has_refused(); }
 
   void RunUntil(double until_s) {
-    while (sound() && world_.schedule.RunNext(until_s)) continue;
+    while (goes_on() && world_.schedule.RunNext(until_s)) continue;
   }
 
   // By then everything has ended, however unlucky it is: a sole worker does all jobs one after

@@ -11,7 +11,7 @@ namespace parallax::faults {
 struct RunOptions {
   uint64_t seed = 1;
   bool tells = false;  // Keep the story.
-  Mutation mutation = Mutation::kNone;
+  Mutation mutation;
 };
 
 struct RunResult {
@@ -19,9 +19,10 @@ struct RunResult {
   std::string story;
   double virtual_s = 0;
   int64_t events = 0;
-  int64_t jobs = 0;    // Done.
-  int64_t stale = 0;   // Late reports that were refused.
-  int64_t starts = 0;  // Of the coordinator.
+  int64_t jobs = 0;      // Done.
+  int64_t stale = 0;     // Late reports that were refused.
+  int64_t starts = 0;    // Of the coordinator.
+  bool refused = false;  // It ended for damage to its database.
 };
 
 RunResult RunSeed(const RunOptions& options);

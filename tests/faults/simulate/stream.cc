@@ -97,6 +97,7 @@ void SimStream::Join(v1::Hello hello) {
     model.JoinBegins(worker_);
     const auto welcome = [&](const std::vector<v1::AttemptId>& adopted) {
       model.JoinEnds(worker_, this, holding, adopted);
+      coordinator_.TookIn(worker_, hello.instance());
       v1::CoordinatorMessage message;
       v1::Welcome& body = *message.mutable_welcome();
       body.set_epoch(coordinator_.queue().epoch());

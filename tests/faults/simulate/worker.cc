@@ -1,5 +1,6 @@
 #include "tests/faults/simulate/worker.h"
 
+#include <filesystem>
 #include <utility>
 
 #include "common/base/version.h"
@@ -54,13 +55,15 @@ class SimWorker::Port final : public CoordinatorPort {
   SimWorker& worker_;
 };
 
-SimWorker::SimWorker(World& world, SimCoordinator& coordinator, int number)
+SimWorker::SimWorker(World& world, SimCoordinator& coordinator, const std::string& folder,
+                     int number)
     : world_(world),
       coordinator_(coordinator),
       name_("w" + std::to_string(number)),
       clock_(world.schedule,
              1 + world.knobs.drift * world.rng.Child(name_ + "/clock").Uniform(-1, 1)),
-      dice_(world.rng.Child(name_)) {}
+      dice_(world.rng.Child(name_)),
+      outbox_root_(folder + "/outbox-of-" + name_) {}
 
 SimWorker::~SimWorker() = default;
 
@@ -76,13 +79,19 @@ void SimWorker::Start() {
   process.port = std::make_unique<Port>(*this);
   process.link = std::make_unique<CoordinatorLink>(
       process.options, *process.port, clock_, dice_.Child("reconnect", static_cast<uint64_t>(life)),
-      CoordinatorLink::Hooks{[this] { WakeSoon(); }, [this] { process_->reporting_to.reset(); }});
+      CoordinatorLink::Hooks{[this] { WakeSoon(); },
+                             [this] { process_->reports->SetCoordinator(std::nullopt); }});
   process.departure = std::make_unique<Departure>(DepartureOptions{
       process.options.grace_s, process.options.long_grace_s, process.options.hand_back_s});
   process.retirement = std::make_unique<Retirement>(
       RetirementOptions{.idle_s = process.options.idle_exit_s, .deadline = {}, .margin_s = 0},
       clock_.Steady());
-  for (const auto& [key, report] : outbox_) Submit(report, /*leftover=*/true);
+  process.outbox = *Outbox::Open(outbox_root_, name_);
+  process.reports = std::make_unique<ReportQueue>(
+      process.options.reports, clock_, dice_.Child("reports", static_cast<uint64_t>(life)));
+  for (Report& report : process.outbox->TakeLeftovers()) {
+    process.reports->Add(std::move(report), /*leftover=*/true);
+  }
   PlanFaults(life);
   WakeSoon();
 }
@@ -90,7 +99,7 @@ void SimWorker::Start() {
 void SimWorker::Die(const char* how, double away_s) {
   world_.story.Tell("{}: {}", name_, how);
   const std::unique_ptr<Process> dead = std::move(process_);
-  if (world_.mutation == Mutation::kNoOutbox) outbox_.clear();
+  if (world_.mutation.no_outbox) std::filesystem::remove_all(outbox_root_);
   const auto stream = stream_.lock();
   if (stream != nullptr && !dead->finished && dice_.Bernoulli(0.3)) stream->Vanish();
   world_.schedule.After(away_s, [this] { Start(); });
@@ -172,7 +181,11 @@ void SimWorker::Round() {
   }
   HandleDrain();
   if (!process.link->fatal().ok()) {
-    // Another stream of this name has come: in a run, its own, from before a break.
+    // A hello of its name has come from a process that is dead by now.
+    if (coordinator_.ProcessOf(name_) == process.options.instance) {
+      coordinator_.model().Complain(
+          name_ + " is ended by its own hello: " + process.link->fatal().ToString());
+    }
     return Die("gives up", world_.knobs.queue.lease_s / 10);
   }
   if (process.finished) {
@@ -189,7 +202,11 @@ void SimWorker::Round() {
 }
 
 void SimWorker::Connect() {
+  const std::string before = process_->link->coordinator_id();
   if (!process_->link->Meet()) return;
+  if (!before.empty() && process_->link->coordinator_id() != before) {
+    for (Run& run : process_->runs) Stop(run, StopCause::kCoordinator);
+  }
   process_->credit = 0;
   process_->link->Open(Held());
 }
@@ -237,11 +254,7 @@ void SimWorker::HandleWelcome(const v1::Welcome& welcome) {
     }
     if (!adopted) Stop(run, StopCause::kCoordinator);
   }
-  process_->reporting_to = process_->link->coordinator_id();
-  for (Pending& pending : process_->reports) {
-    pending.backoff.Reset();
-    pending.due = {};
-  }
+  process_->reports->SetCoordinator(process_->link->coordinator_id());
   SendNext();
 }
 
@@ -271,15 +284,13 @@ void SimWorker::GiveCredit() {
   Process& process = *process_;
   if (!process.link->IsWelcomed() || process.departure->leaving()) return;
   if (!process.retirement->TakesWork(clock_.Steady())) return;
-  for (const Pending& pending : process.reports) {
-    if (pending.leftover && !pending.tried) return;
-  }
+  if (process.reports->HasUntriedLeftovers(process.link->coordinator_id())) return;
   const double ahead_s = process.options.ahead_s;
   const auto credit =
       CreditFor({.slots = process.options.slots,
                  .taken = static_cast<int>(process.runs.size()) + process.credit,
                  .ending_soon = ahead_s > 0 ? CountEndingSoon(Running(), ahead_s) : 0,
-                 .pending_reports = static_cast<int>(process.reports.size()),
+                 .pending_reports = static_cast<int>(process.reports->size()),
                  .max_pending_reports = process.options.max_pending_reports});
   if (!credit) return;
   process.credit += credit->jobs();

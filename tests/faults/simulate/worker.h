@@ -1,10 +1,9 @@
 // A simulated machine with one worker. The session with the coordinator (CoordinatorLink), credit,
-// back-offs, departure and retirement are the agent's own; its loop, slots, sender of reports and
-// outbox are modelled here, because the agent's have threads.
+// back-offs, departure, retirement, outbox and queue of reports are the agent's own; its loop and
+// slots are modelled here, because the agent's have threads.
 #pragma once
 
 #include <list>
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -17,13 +16,15 @@
 #include "worker/agent/attempts/outbox.h"
 #include "worker/agent/session/coordinator_link.h"
 #include "worker/agent/session/departure.h"
+#include "worker/agent/session/report_queue.h"
 #include "worker/agent/session/retirement.h"
 
 namespace parallax::faults {
 
 class SimWorker {
  public:
-  SimWorker(World& world, SimCoordinator& coordinator, int number);
+  // `folder`: where its disk is.
+  SimWorker(World& world, SimCoordinator& coordinator, const std::string& folder, int number);
   ~SimWorker();
 
   void Start();
@@ -43,14 +44,6 @@ class SimWorker {
     SteadyTime started{};
     double duration_s = 0;  // Of virtual time.
   };
-  struct Pending {
-    Report report;
-    Backoff backoff;
-    SteadyTime due{};
-    bool leftover = false;
-    bool tried = false;
-    bool sent = false;
-  };
   class Port;
   // A process of the agent.
   struct Process {
@@ -60,9 +53,10 @@ class SimWorker {
     std::unique_ptr<Departure> departure;
     std::unique_ptr<Retirement> retirement;
     std::list<Run> runs;
-    std::list<Pending> reports;
-    std::optional<std::string> reporting_to;
-    std::optional<Key> in_flight;
+    std::unique_ptr<Outbox> outbox;
+    std::unique_ptr<ReportQueue> reports;
+    ReportQueue::Entry* in_flight = nullptr;
+    std::set<Key> sent;
     int credit = 0;
     bool finished = false;
     LeaveOrder order = LeaveOrder::kStay;
@@ -97,11 +91,11 @@ class SimWorker {
   Report ReportOf(const Run& run);
 
   // ---- Reports
-  void Submit(Report report, bool leftover);
+  void Submit(Report report);
   std::vector<v1::AttemptId> Unanswered() const;
   void SendNext();
-  void Send(Pending& pending);
-  void Answered(const Key& key, const absl::StatusOr<v1::ReportOutcome>& outcome);
+  void Send(ReportQueue::Entry* entry);
+  void Answered(const absl::Status& status);
   void Later(double seconds, std::function<void()> event);  // In this process's life.
 
   World& world_;
@@ -110,8 +104,8 @@ class SimWorker {
   MachineClock clock_;
   Rng dice_;
   Line line_;
-  std::map<Key, Report> outbox_;  // On the machine's disk.
-  std::set<Key> unanswered_;      // The same, whatever becomes of the disk.
+  const std::string outbox_root_;
+  std::set<Key> unanswered_;  // What must be in its outbox.
   std::unique_ptr<Process> process_;
   int lives_ = 0;
   bool wakes_ = false;

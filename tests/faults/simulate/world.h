@@ -10,19 +10,16 @@
 
 namespace parallax::faults {
 
-// A guard that is switched off, to see whether the checks notice.
-enum class Mutation {
-  kNone,
-  kNoFenceCheck,    // The queue takes any report of a leased job.
-  kKeepEpoch,       // A start goes on with the last epoch.
-  kSynchronousOff,  // The database is not synced.
-  kKeepWaiters,     // Jobs stay blocked whose waits are met.
-  kNoOutbox,        // A worker's process takes its unanswered reports with it.
-  kSendOnce,        // A worker sends a report once.
+// Guards that are switched off, to see whether the checks notice.
+struct Mutation {
+  UnsafeForTest queue;
+  bool no_outbox = false;     // A worker's process takes its unanswered reports with it.
+  bool send_once = false;     // A worker sends a report once.
+  bool remove_early = false;  // A report leaves the outbox when it is sent.
 };
 
 struct World {
-  World(uint64_t run_seed, bool tells, Mutation off)
+  World(uint64_t run_seed, bool tells, const Mutation& off)
       : seed(run_seed),
         mutation(off),
         rng(SceneSeed{run_seed}, "simulate"),

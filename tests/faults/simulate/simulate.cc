@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "common/base/system/clock.h"
+#include "common/base/system/log.h"
 #include "tests/faults/experiment.h"
 #include "tests/faults/simulate/simulation.h"
 
@@ -100,6 +101,11 @@ bool Count(uint64_t seed, Totals& totals) {
   return false;
 }
 
+// The farm logs the errors that it is meant to have.
+void LogNothing() {
+  InitLogging({.level = LogLevel::kError, .program = "faults", .file = "/dev/null"});
+}
+
 // The same seed tells the same story twice.
 void RunTwice(uint64_t seed, Tally& tally) {
   const RunResult one = RunSeed({.seed = seed, .tells = true});
@@ -168,6 +174,7 @@ bool ParseRange(const std::string& text, uint64_t* first, uint64_t* last) {
 }  // namespace
 
 void Simulate(const ExperimentOptions& options, Tally& tally) {
+  LogNothing();
   if (options.trace) {
     const RunResult result = RunSeed({.seed = options.seed, .tells = true});
     std::cout << result.story;
@@ -208,6 +215,7 @@ void Simulate(const ExperimentOptions& options, Tally& tally) {
 }
 
 void SimulateControls(const ExperimentOptions& options, Tally& tally) {
+  LogNothing();
   for (const NamedMutation& named : kMutations) {
     if (!options.sabotage.empty() && options.sabotage != named.name) continue;
     std::vector<uint64_t> needed;

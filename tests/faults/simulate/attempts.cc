@@ -146,7 +146,7 @@ void SimWorker::Answered(const absl::Status& status) {
   ReportQueue::Entry* const entry = std::exchange(process.in_flight, nullptr);
   if (ReportQueue::IsDefinitive(status)) {
     process.outbox->Remove(entry->report).IgnoreError();
-    unanswered_.erase({entry->report.attempt().job_id(), entry->report.attempt().fence()});
+    unanswered_.erase(Key{entry->report.attempt().job_id(), entry->report.attempt().fence()});
   }
   process.reports->Answered(entry, status);
   WakeSoon();

@@ -44,7 +44,7 @@ std::string FlipBit(const std::string& path, Rng& dice) {
 
 }  // namespace
 
-std::string DatabaseLiar::Lie(enum Lie lie, Rng& dice, double unix_s) {
+std::string DatabaseLiar::Tell(Lie lie, Rng& dice, double unix_s) {
   lied_ = true;
   const std::string path = folder_ + "/queue.db";
   for (const char* ending : kEndings) Copy(path + ending, folder_ + "/kept" + ending);

@@ -18,7 +18,7 @@ class DatabaseLiar {
   std::string backup_path() const { return folder_ + "/backup.db"; }
   bool has_lied() const { return lied_; }
   // Changes the files. Returns what was done, in words. `unix_s`: the time there.
-  std::string Lie(enum Lie lie, Rng& dice, double unix_s);
+  std::string Tell(Lie lie, Rng& dice, double unix_s);
   void PutBack();
 
  private:

@@ -123,7 +123,8 @@ def short_form(field):
 def texts_of(schema, name, field):
     """The list of texts whose items that are maps `field` takes ("benchmarks" of "own_benchmarks"); "" for others."""
     listed = field.name.removeprefix("own_")
-    return listed if any(f.name == listed != field.name and f.type == f.TYPE_STRING for f in schema.messages[name].field) else ""
+    texts = any(f.name == listed != field.name and f.type == f.TYPE_STRING for f in schema.messages[name].field)
+    return listed if texts and field.type_name not in OF_FILES else ""
 
 
 def bounds(rule):

@@ -28,15 +28,8 @@ def schema(name):
     return SCHEMAS[name]
 
 
-def with_text_keys(node):
-    """YAML 1.1, which this reader knows, takes the key `on` for true; YAML 1.2 and Parallax take it as it is."""
-    if isinstance(node, dict):
-        return {"on" if key is True else key: with_text_keys(value) for key, value in node.items()}
-    return [with_text_keys(item) for item in node] if isinstance(node, list) else node
-
-
 def load(path):
-    return with_text_keys(yaml.safe_load(path.read_text()))
+    return yaml.safe_load(path.read_text())
 
 
 class SchemaTest(unittest.TestCase):

@@ -129,7 +129,7 @@ class RoomChecker {
   }
 
   void CheckThings(const v1::RoomThings& row, const std::string& path) {
-    CheckGroup(row.on(), all_, Dotted(path, "on"));
+    CheckGroup(row.bearer(), all_, Dotted(path, "bearer"));
     if (row.classes().empty()) {
       Tell(path, "no classes, allowed are those that `parallax catalogue` lists");
     }

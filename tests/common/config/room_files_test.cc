@@ -27,7 +27,7 @@ constexpr char kWorkshop[] =
     "     faces_anchor: true}\n"
     "  - {group: shelf, classes: [LargeShelf, CellShelf], count: [3, 5], weight: 3}\n"
     "things:\n"
-    "  - {on: bench, classes: [Hardware, Can], count: [2, 6]}\n"
+    "  - {bearer: bench, classes: [Hardware, Can], count: [2, 6]}\n"
     "wishes:\n"
     "  - {wish: distance, group: stool, target: bench, range: [0.2, 0.9], weight: 2}\n";
 
@@ -77,7 +77,7 @@ TEST(RoomKinds, EachWrongFileNamesLineFieldAndWhatIsAllowed) {
        "workshop.yaml:4: furniture[1].anchor: \"shelf\" is not known (allowed: bench)"},
       {"group: shelf", "group: bench",
        "workshop.yaml:6: furniture[2].group: \"bench\" is there already"},
-      {"on: bench", "on: bank", "workshop.yaml:8: things[0].on: \"bank\" is not known"},
+      {"bearer: bench", "bearer: bank", "workshop.yaml:8: things[0].bearer: \"bank\" is not known"},
       {"target: bench, ", "", "workshop.yaml:10: wishes[0]: no target, which distance needs"},
       {"wish: distance", "wish: facing",
        "workshop.yaml:10: wishes[0].range: given, but facing has none"},

@@ -23,7 +23,7 @@ constexpr char kWorkshop[] =
     "     gap_m: [-0.2, 0.1], faces_anchor: true}\n"
     "  - {group: shelf, classes: [CellShelf], count: [2, 3], weight: 3}\n"
     "things:\n"
-    "  - {on: bench, classes: [Can, Jar], count: [2, 6]}\n";
+    "  - {bearer: bench, classes: [Can, Jar], count: [2, 6]}\n";
 
 v1::SceneConfig Config(int rooms) {
   v1::SceneConfig config = DefaultSceneConfig();

@@ -47,7 +47,7 @@ RoomRow RowOf(const v1::RoomFurniture& row) {
 }
 
 SmallRow RowOf(const v1::RoomThings& row) {
-  SmallRow made{.bearer = row.on(), .classes = Texts(row.classes())};
+  SmallRow made{.bearer = row.bearer(), .classes = Texts(row.classes())};
   if (row.has_count()) made.least = row.count().low(), made.most = row.count().high();
   if (row.has_spread()) made.spread = ValueOf<Spread>(kSpreads, row.spread());
   return made;

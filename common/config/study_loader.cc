@@ -35,7 +35,8 @@ constexpr double kMostVerticalFov_deg = 110;  // Limits pictures whose height is
 constexpr size_t kMostFiles = 10;             // In a row of studies that extend each other.
 constexpr const char* kStudyFields[] = {
     "study", "extends", "base",           "set",      "seed",      "pairs",   "priority",
-    "tags",  "train",   "rigs_per_scene", "evaluate", "memory_mb", "variants"};
+    "tags",  "train",   "rigs_per_scene", "evaluate", "memory_mb", "variants",
+    "stream"};
 
 // One of the files that a study is read from.
 struct StudyFile {
@@ -139,7 +140,7 @@ class StudyLoader {
       } else if (name == "seed") {
         if (const auto value = reader.ReadUint64(node, name)) spec_.set_seed(*value);
       } else if (name == "pairs") {
-        if (const auto value = reader.ReadInt(node, name, 1, kMaxPairs)) spec_.set_pairs(*value);
+        ReadPairs(reader, node);
       } else if (name == "rigs_per_scene") {
         const auto value = reader.ReadInt(node, name, 1, kMaxRigsPerScene);
         if (value) spec_.set_rigs_per_scene(static_cast<int32_t>(*value));
@@ -153,6 +154,9 @@ class StudyLoader {
         if (value) spec_.set_memory_mb(*value);
       } else if (name == "variants") {
         variants = node;
+      } else if (name == "stream") {
+        if (is_first) ApplyDefaults(&stream_);
+        ReadPart(reader, node, name, &stream_);
       } else if (name == "train") {
         if (is_first) ApplyDefaults(spec_.mutable_train());
         ReadPart(reader, node, name, spec_.mutable_train());
@@ -172,18 +176,40 @@ class StudyLoader {
     if (variants) ReadVariants(file, *variants);
   }
 
+  // A number, or `endless`.
+  void ReadPairs(YamlReader& reader, const YAML::Node& node) {
+    is_endless_ = node.IsScalar() && node.Scalar() == "endless";
+    if (is_endless_) return;
+    if (const auto value = reader.ReadInt(node, "pairs", 1, kMaxPairs)) spec_.set_pairs(*value);
+  }
+
+  // `stream` counts where the pairs are endless. A study with a number of pairs may extend one that
+  // is endless, but says nothing of streams itself.
+  void ResolveStream(StudyFile& own) {
+    if (is_endless_) {
+      if (seen_.count("stream") == 0) ApplyDefaults(&stream_);
+      spec_.set_pairs(stream_.chunk_pairs());
+      *spec_.mutable_stream() = stream_;
+    } else if (own.root.IsMap() && own.root["stream"]) {
+      own.reader.Error(own.root["stream"], "stream",
+                       "beside a number of pairs, allowed only with `pairs: endless`");
+    }
+  }
+
   // Merges what the files say, and tells `own`, the study's own file, what is missing.
   void Complete(StudyFile& own) {
     for (size_t i = 0; i < variants_.size(); ++i) {
       ResolveVariant(variants_[i], fmt::format("variants[{}]", i));
     }
     CheckIdleSets();
+    ResolveStream(own);
     if (!own.root.IsMap() || !chain_is_whole_) return;
     const struct {
       const char* field;
       const char* what;
     } needed[] = {{"study", "missing, allowed is the study's name"},
-                  {"pairs", "missing, allowed is the number of pairs of each variant, from 1"},
+                  {"pairs",
+                   "missing, allowed is the number of pairs of each variant, from 1, or endless"},
                   {"variants", "missing, allowed is a list of at least one {name, set}"}};
     for (const auto& [field, what] : needed) {
       if (seen_.count(field) == 0) own.reader.Error(own.root, field, what);
@@ -417,6 +443,8 @@ class StudyLoader {
   v1::SceneConfig last_merged_;
   Origins origins_;
   v1::StudySpec spec_;
+  bool is_endless_ = false;
+  v1::StreamSpec stream_;
   BaseConfig base_;
 };
 

@@ -61,6 +61,7 @@ void RegisterAll(Registry& registry) {
   RegisterSteer(registry);
   RegisterLimits(registry);
   RegisterFetch(registry);
+  RegisterStream(registry);
   RegisterAudit(registry);
   RegisterPage(registry);
 }

@@ -81,6 +81,7 @@ void RegisterLimits(Registry& registry);
 void RegisterAudit(Registry& registry);
 void RegisterPage(Registry& registry);
 void RegisterFetch(Registry& registry);
+void RegisterStream(Registry& registry);
 void RegisterView(Registry& registry);
 void RegisterPlan(Registry& registry);
 void RegisterExport(Registry& registry);

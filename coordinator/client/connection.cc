@@ -15,6 +15,7 @@
 #include "common/rpc/remote_store.h"
 #include "coordinator/client/views/text.h"
 #include "parallax/v1/service.grpc.pb.h"
+#include "parallax/v1/stream.grpc.pb.h"
 
 namespace parallax::client {
 namespace {
@@ -79,6 +80,7 @@ absl::Status CheckTexts(const Request& request) {
 struct Connection::Stub {
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::Coordinator::Stub> coordinator;
+  std::unique_ptr<v1::Streams::Stub> streams;
 };
 
 Connection::Connection(RpcAddress address, RpcSecurity security, std::unique_ptr<Stub> stub)
@@ -94,17 +96,25 @@ absl::StatusOr<std::unique_ptr<Connection>> Connection::Open(const std::string& 
   auto stub = std::make_unique<Stub>();
   ASSIGN_OR_RETURN(stub->channel, ConnectRpc(parsed, security));
   stub->coordinator = v1::Coordinator::NewStub(stub->channel);
+  stub->streams = v1::Streams::NewStub(stub->channel);
   return std::unique_ptr<Connection>(new Connection(parsed, security, std::move(stub)));
 }
 
 template <typename Request, typename Reply, typename Method>
 absl::StatusOr<Reply> Connection::Call(Method method, const Request& request) {
+  return CallOn<Request, Reply>(*stub_->coordinator, method, request);
+}
+
+template <typename Request, typename Reply, typename ServiceStub, typename Method>
+absl::StatusOr<Reply> Connection::CallOn(ServiceStub& service, Method method,
+                                         const Request& request, double more_s) {
   RETURN_IF_ERROR(CheckTexts(request));
   grpc::ClientContext context;
-  const std::chrono::seconds timeout = where_.is_unix() ? kTimeoutOnThisMachine : kTimeout;
+  const std::chrono::duration<double> timeout =
+      (where_.is_unix() ? kTimeoutOnThisMachine : kTimeout) + std::chrono::duration<double>(more_s);
   SetRpcTimeout(context, timeout);
   Reply reply;
-  const grpc::Status status = (stub_->coordinator.get()->*method)(&context, request, &reply);
+  const grpc::Status status = (service.*method)(&context, request, &reply);
   if (status.ok()) {
     // Names and errors are printed, and may be those of an earlier version's database. Only errors
     // and logs have more than one line.
@@ -307,6 +317,34 @@ absl::StatusOr<v1::ListAuditReply> Connection::ListAudit(v1::ListAuditRequest re
     all.mutable_entries()->MergeFrom(page.entries());
   }
   return all;
+}
+
+absl::StatusOr<v1::StreamStatus> Connection::OpenStream(const v1::StudySpec& study) {
+  v1::OpenStreamRequest request;
+  *request.mutable_study() = study;
+  return CallOn<v1::OpenStreamRequest, v1::StreamStatus>(*stub_->streams, &v1::Streams::Stub::Open,
+                                                         request);
+}
+
+absl::StatusOr<v1::ListStreamsReply> Connection::ListStreams(const std::string& name) {
+  v1::ListStreamsRequest request;
+  request.set_name(name);
+  return CallOn<v1::ListStreamsRequest, v1::ListStreamsReply>(
+      *stub_->streams, &v1::Streams::Stub::List, request);
+}
+
+absl::StatusOr<v1::StreamStatus> Connection::CloseStream(const std::string& name,
+                                                         const std::string& reason) {
+  v1::CloseStreamRequest request;
+  request.set_name(name);
+  request.set_reason(reason);
+  return CallOn<v1::CloseStreamRequest, v1::StreamStatus>(*stub_->streams,
+                                                          &v1::Streams::Stub::Close, request);
+}
+
+absl::StatusOr<v1::NextPairsReply> Connection::NextPairs(const v1::NextPairsRequest& request) {
+  return CallOn<v1::NextPairsRequest, v1::NextPairsReply>(
+      *stub_->streams, &v1::Streams::Stub::Next, request, request.wait_s());
 }
 
 std::unique_ptr<Store> Connection::RemoteStore() const {

@@ -11,6 +11,7 @@
 #include "common/base/status.h"
 #include "common/rpc/endpoint.h"
 #include "parallax/v1/service.pb.h"
+#include "parallax/v1/stream.pb.h"
 
 namespace parallax {
 class Store;
@@ -63,6 +64,12 @@ class Connection {
   absl::StatusOr<v1::GetInfoReply> GetInfo();
   absl::StatusOr<v1::ListAuditReply> ListAudit(v1::ListAuditRequest request);
 
+  // The RPCs of the service Streams; see stream.proto.
+  absl::StatusOr<v1::StreamStatus> OpenStream(const v1::StudySpec& study);
+  absl::StatusOr<v1::ListStreamsReply> ListStreams(const std::string& name);
+  absl::StatusOr<v1::StreamStatus> CloseStream(const std::string& name, const std::string& reason);
+  absl::StatusOr<v1::NextPairsReply> NextPairs(const v1::NextPairsRequest& request);
+
   // Returns the coordinator's store, reached through the coordinator, for machines that do not see
   // it. It can be read, and takes the user's content.
   std::unique_ptr<Store> RemoteStore() const;
@@ -79,6 +86,10 @@ class Connection {
   absl::StatusOr<v1::ListStudiesReply> StudiesBefore(int64_t before, int limit);
   template <typename Request, typename Reply, typename Method>
   absl::StatusOr<Reply> Call(Method method, const Request& request);
+  // Calls a method of a service's stub, which may take `more_s` longer than others.
+  template <typename Request, typename Reply, typename ServiceStub, typename Method>
+  absl::StatusOr<Reply> CallOn(ServiceStub& service, Method method, const Request& request,
+                               double more_s = 0);
 
   const RpcAddress where_;
   const RpcSecurity security_;

@@ -21,6 +21,7 @@
 #include "coordinator/queue/reads/readers.h"
 #include "coordinator/queue/reads/user_limits.h"
 #include "coordinator/queue/tables/ready_board.h"
+#include "coordinator/queue/tables/stream_table.h"
 #include "coordinator/queue/writer.h"
 
 namespace parallax {
@@ -437,6 +438,20 @@ absl::StatusOr<TakenBack> JobQueue::TakeBack(const std::vector<DamagedResult>& d
                                              std::string_view actor) {
   return impl_->Do("repair",
                    [&](Machine& machine) { return machine.repair().TakeBack(damaged, actor); });
+}
+
+absl::Status JobQueue::KeepStream(const v1::StreamRecord& record) {
+  return impl_->Do("stream",
+                   [&](Machine& machine) { return KeepStreamIn(machine.tables().db, record); });
+}
+
+absl::Status JobQueue::RemoveStream(const std::string& name) {
+  return impl_->Do("stream",
+                   [&](Machine& machine) { return RemoveStreamIn(machine.tables().db, name); });
+}
+
+absl::StatusOr<std::vector<v1::StreamRecord>> JobQueue::ListStreams() {
+  return impl_->readers_->Get(0, StreamsIn);
 }
 
 absl::StatusOr<std::optional<ScrubState>> JobQueue::GetScrub() {

@@ -41,6 +41,7 @@
 #include "coordinator/queue/ready_key.h"
 #include "coordinator/queue/stored_outputs.h"
 #include "parallax/v1/service.pb.h"
+#include "parallax/v1/stream.pb.h"
 
 namespace parallax {
 
@@ -337,6 +338,14 @@ class JobQueue {
   // Read and keep the state of the pass that looks for damage; absent: there was none yet.
   absl::StatusOr<std::optional<ScrubState>> GetScrub();
   absl::Status KeepScrub(const ScrubState& scrub);
+
+  // ---- Streams (coordinator/stream)
+  // Keeps a stream's record under the name of its study, in place of an earlier one.
+  absl::Status KeepStream(const v1::StreamRecord& record);
+  // Removes the record of that name, if it is there.
+  absl::Status RemoveStream(const std::string& name);
+  // Returns all records, by name.
+  absl::StatusOr<std::vector<v1::StreamRecord>> ListStreams();
 
   // ---- Operations
   // Checks every invariant. Returns a line for each violation; empty if all hold. Reads all rows,

@@ -43,6 +43,11 @@ const std::vector<Row>& Table() {
        {Role::kWorker, Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
       {"/parallax.v1.Coordinator/ListAudit", {Role::kOperator}},
       {"/parallax.v1.Coordinator/OpenPage", {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
+      // ---- Streams. A submitter takes pairs of its own streams; the service sees to that.
+      {"/parallax.v1.Streams/Open", {Role::kSubmitter, Role::kOperator}},
+      {"/parallax.v1.Streams/Close", {Role::kSubmitter, Role::kOperator}},
+      {"/parallax.v1.Streams/Next", {Role::kSubmitter, Role::kOperator}},
+      {"/parallax.v1.Streams/List", {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
       // ---- Files
       // Submitters bring the content that their studies name; the service sees to that.
       {"/parallax.v1.Artifacts/Put", {Role::kWorker, Role::kSubmitter, Role::kOperator}},

@@ -13,6 +13,7 @@
 #include "coordinator/rpc/artifacts_service.h"
 #include "coordinator/rpc/coordinator_service.h"
 #include "coordinator/rpc/storage/store_guard.h"
+#include "coordinator/rpc/streams_service.h"
 #include "coordinator/rpc/task_pool.h"
 #include "coordinator/rpc/workers/dispatcher.h"
 #include "coordinator/rpc/workers/wait_reasons.h"
@@ -47,10 +48,12 @@ class CoordinatorServerImpl final : public CoordinatorServer {
                   .access = options.store_access},
                  queue.database_id(), LeaseFor(options, queue),
                  options.check_outputs ? options.store : nullptr, artifacts_.content(),
-                 options.hello_s) {
+                 options.hello_s),
+        streams_(queue, client_pool_, *options.clock, options.store_uri, artifacts_.content()) {
     queue_.SetObserver(&dispatcher_);
     worker_pool_.Start();
     client_pool_.Start();
+    streams_.Start();
     if (options.store == nullptr || options.store->Id().empty()) return;
     guard_ = std::make_unique<StoreGuard>(
         *options.store, options.store_look_s,
@@ -77,7 +80,7 @@ class CoordinatorServerImpl final : public CoordinatorServer {
       ASSIGN_OR_RETURN(revoked_, RevokedCertificates::Open(list, *options.clock));
     }
     ASSIGN_OR_RETURN(server_, RpcServer::Start(
-                                  addresses, options.security, {&service_, &artifacts_},
+                                  addresses, options.security, {&service_, &artifacts_, &streams_},
                                   [this](const RpcCaller& caller, std::string_view method) {
                                     RETURN_IF_ERROR(CheckNotRevoked(caller));
                                     return CheckAccess(caller, method);
@@ -126,9 +129,11 @@ class CoordinatorServerImpl final : public CoordinatorServer {
     if (shut_down_) return;
     shut_down_ = true;
     scrubber_.reset();
+    streams_.Stop();
     dispatcher_.Stop();
     if (server_ != nullptr) server_->Shutdown(std::chrono::duration<double>(kShutdownGrace_s));
     service_.WaitForCalls();
+    streams_.Stop();  // Calls that came since.
     queue_.SetObserver(nullptr);
   }
 
@@ -149,6 +154,7 @@ class CoordinatorServerImpl final : public CoordinatorServer {
   WaitReasons waits_;
   ArtifactsService artifacts_;
   CoordinatorService service_;
+  StreamsService streams_;
   std::unique_ptr<RevokedCertificates> revoked_;  // Present where callers have certificates.
   std::unique_ptr<RpcServer> server_;
   mutable std::mutex answers_mu_;

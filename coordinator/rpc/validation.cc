@@ -30,6 +30,10 @@ absl::Status CheckTag(std::string_view tag) {
   return CheckName("hello.tags: tag behind its colon", tag.substr(colon + 1));
 }
 
+constexpr int kMaxRanks = 65'536;
+constexpr int kMaxPairsAtOnce = 1024;
+constexpr double kMaxWait_s = 60;
+
 template <typename Value>
 absl::Status CheckRange(const char* field, Value value, Value low, Value high) {
   if (value >= low && value <= high) return absl::OkStatus();
@@ -215,6 +219,17 @@ absl::Status CheckPutHeader(const v1::PutFileHeader& header) {
 absl::Status CheckStudyId(int64_t study_id) {
   if (study_id > 0) return absl::OkStatus();
   return InvalidArgument("study id {}: ids start at 1", study_id);
+}
+
+absl::Status CheckNextPairs(const v1::NextPairsRequest& request) {
+  if (!IsFolderName(request.stream())) {
+    return InvalidArgument("stream: {}", WhyNotFolderName(request.stream()));
+  }
+  RETURN_IF_ERROR(CheckName("consumer", request.consumer()));
+  RETURN_IF_ERROR(CheckRange("ranks", request.ranks(), 1, kMaxRanks));
+  RETURN_IF_ERROR(CheckRange("rank", request.rank(), 0, request.ranks() - 1));
+  RETURN_IF_ERROR(CheckRange("wait_s", request.wait_s(), 0.0, kMaxWait_s));
+  return CheckLimit(request.limit(), kMaxPairsAtOnce);
 }
 
 absl::Status CheckLimit(int32_t limit, int32_t most) { return CheckRange("limit", limit, 0, most); }

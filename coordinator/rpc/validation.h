@@ -11,6 +11,7 @@
 #include "common/base/version.h"
 #include "coordinator/queue/job_kind.h"
 #include "parallax/v1/service.pb.h"
+#include "parallax/v1/stream.pb.h"
 
 namespace parallax {
 
@@ -35,6 +36,7 @@ absl::Status CheckJobId(int64_t job_id);
 absl::Status CheckDrain(const v1::DrainWorkersRequest& request);
 absl::Status CheckJobState(const std::string& state);  // Empty: any.
 absl::Status CheckPutHeader(const v1::PutFileHeader& header);
+absl::Status CheckNextPairs(const v1::NextPairsRequest& request);
 absl::Status CheckLimit(int32_t limit, int32_t most);  // [0, most]
 
 // Removes from `hello` the kinds of jobs for which the worker has another version of a stage than

@@ -76,6 +76,10 @@ absl::Status CheckStudySpec(const v1::StudySpec& spec) {
   if (const size_t bytes = spec.ByteSizeLong(); bytes > kMaxStudyBytes) {
     return InvalidArgument("study: {} bytes, wanted at most {}", bytes, kMaxStudyBytes);
   }
+  if (spec.has_stream()) {
+    return InvalidArgument(
+        "study.pairs: endless, wanted a number; `parallax stream FILE` begins an endless study");
+  }
   RETURN_IF_ERROR(
       CheckRange("study.variants: their number", spec.variants_size(), 1, kMaxVariants));
   std::set<std::string_view> names;

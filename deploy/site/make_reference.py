@@ -15,9 +15,9 @@ import tempfile
 
 PROTOS = ("rule", "biome", "room", "config", "jobs", "scene", "train", "study")
 # Headings of the page: title, message, path of its fields in a file.
-SECTIONS = (("Scenes", "SceneConfig", ""), ("Lands", "Biome", ""), ("Rooms", "RoomKind", ""), ("Training", "TrainSpec", "train"), ("Evaluating", "EvaluateSpec", "evaluate"))
+SECTIONS = (("Scenes", "SceneConfig", ""), ("Lands", "Biome", ""), ("Rooms", "RoomKind", ""), ("Streams", "StreamSpec", "stream"), ("Training", "TrainSpec", "train"), ("Evaluating", "EvaluateSpec", "evaluate"))
 # The words of a study file that no message has as they are; the others have the comments of StudySpec and VariantSpec.
-OF_A_STUDY = {"study": "name", "pairs": "", "rigs_per_scene": "", "seed": "", "priority": "", "tags": "", "memory_mb": ""}
+OF_A_STUDY = {"study": "name", "rigs_per_scene": "", "seed": "", "priority": "", "tags": "", "memory_mb": ""}
 WORDS = {
     "extends": "Another study, built in or a file, that this file continues: its fields are the defaults of all fields here. "
                "Variants of the same name are merged, new ones are added.",
@@ -28,6 +28,8 @@ WORDS = {
     "variants[].base": "As `base`, for this variant.",
     "variants[].set": "As `set`, for this variant; it overrides the study's.",
     "variants[].config": "In place of `base` and `set`: the whole scene config, as study.lock.yaml has it.",
+    "pairs": "Pairs of each variant; `endless`: they are made as trainings take them (`parallax stream`).",
+    "stream": "How the pairs of an endless study are made and kept; fields below. Only with `pairs: endless`.",
     "train": "Trains networks on each variant; fields below. Absent: no training.",
     "evaluate": "Scores the networks; fields below. Absent: no evaluation.",
 }
@@ -297,9 +299,10 @@ def write_json_schemas(schema, out):
     own = [{"required": ["study", "variants"]}, {"required": ["extends"]}]
     study = {"type": "object", "additionalProperties": False, "anyOf": own, "properties": described("", {
         "study": name, "extends": name, "base": name, "set": of_scene, "seed": seed,
-        "pairs": number, "rigs_per_scene": number, "priority": {"type": "integer"},
+        "pairs": {"anyOf": [number, {"enum": ["endless"]}]}, "rigs_per_scene": number, "priority": {"type": "integer"},
         "tags": {"type": "array", "items": name}, "memory_mb": {"type": "integer", "minimum": 0},
         "variants": {"type": "array", "items": variant, "minItems": 1},
+        "stream": message_schema(schema, ".parallax.v1.StreamSpec"),
         "train": message_schema(schema, ".parallax.v1.TrainSpec"),
         "evaluate": message_schema(schema, ".parallax.v1.EvaluateSpec")})}
     biome, room = {"$ref": "#/$defs/Biome"}, {"$ref": "#/$defs/RoomKind"}

@@ -44,6 +44,7 @@ class StudyChecker {
     CheckSource();
     CheckVariants();
     CheckRigs();
+    CheckStream(study_, &findings_);
     CheckTraining(study_, &findings_);
     return findings_;
   }

@@ -291,7 +291,7 @@ std::string StudyToYaml(const v1::StudySpec& study) {
   std::string out;
   out += "study: " + QuotedIfNeeded(study.name()) + "\n";
   out += fmt::format("seed: {}\n", study.seed());
-  out += fmt::format("pairs: {}\n", study.pairs());
+  out += study.has_stream() ? "pairs: endless\n" : fmt::format("pairs: {}\n", study.pairs());
   out += fmt::format("rigs_per_scene: {}\n", study.rigs_per_scene());
   out += fmt::format("priority: {}\n", study.priority());
   // Only where asked for: the text of other studies stays what it was.
@@ -303,6 +303,10 @@ std::string StudyToYaml(const v1::StudySpec& study) {
     out += "]\n";
   }
   if (study.memory_mb() != 0) out += fmt::format("memory_mb: {}\n", study.memory_mb());
+  if (study.has_stream()) {
+    out += "stream:";
+    WriteNested(study.stream(), "", out);
+  }
   if (study.has_train()) {
     out += "train:";
     WriteNested(study.train(), "", out);

@@ -112,6 +112,13 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
     return InvalidArgument("--pairs and --scenes say the same thing twice; give one of them");
   }
   ASSIGN_OR_RETURN(v1::StudySpec study, LoadStudy(options.study));
+  if (options.pairs || options.scenes) study.clear_stream();
+  if (study.has_stream() && !options.takes_endless) {
+    return InvalidArgument(
+        "study '{}' is endless: `parallax stream {}` begins it for trainings that take its pairs; "
+        "--pairs N makes N pairs of each variant here",
+        study.name(), options.study);
+  }
   const struct {
     const char* name;
     std::optional<int64_t> value;

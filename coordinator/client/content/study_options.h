@@ -25,13 +25,15 @@ struct StudyOptions {
   std::optional<int> height;
   std::optional<std::string> name;
   std::optional<int> priority;
+  bool takes_endless = false;  // The command takes endless studies.
 };
 
 // Adds the argument and the options to a command. `options` must live until parsing has ended.
 void AddStudyOptions(CLI::App& command, StudyOptions& options);
 
 // Loads the study, applies the overrides and checks the result. Errors: those of LoadStudy;
-// kInvalidArgument if both `pairs` and `scenes` are given, or for values out of range.
+// kInvalidArgument if both `pairs` and `scenes` are given, for values out of range, and for an endless
+// study that neither the command nor `pairs` or `scenes` takes.
 absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options);
 
 // Returns the absolute path of a folder or file that a resolved study names.

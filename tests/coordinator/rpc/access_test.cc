@@ -43,7 +43,9 @@ const std::map<std::string, std::string>& Rows() {
       {"Coordinator/ListAttempts", "sor"}, {"Coordinator/ListAudit", "o"},
       {"Coordinator/OpenPage", "sor"},     {"Artifacts/Put", "wso"},
       {"Artifacts/Remove", "w"},           {"Artifacts/Get", "wsor"},
-      {"Artifacts/List", "wsor"},
+      {"Artifacts/List", "wsor"},          {"Streams/Open", "so"},
+      {"Streams/Next", "so"},              {"Streams/Close", "so"},
+      {"Streams/List", "sor"},
   };
   return *rows;
 }
@@ -51,11 +53,13 @@ const std::map<std::string, std::string>& Rows() {
 // All methods of all services of the contract: "Coordinator/Work"...
 std::vector<std::string> AllMethods() {
   std::vector<std::string> methods;
-  const google::protobuf::FileDescriptor* file = v1::Hello::descriptor()->file();
-  for (int i = 0; i < file->service_count(); ++i) {
-    const google::protobuf::ServiceDescriptor* service = file->service(i);
-    for (int j = 0; j < service->method_count(); ++j) {
-      methods.push_back(service->name() + "/" + service->method(j)->name());
+  for (const google::protobuf::FileDescriptor* file :
+       {v1::Hello::descriptor()->file(), v1::StreamStatus::descriptor()->file()}) {
+    for (int i = 0; i < file->service_count(); ++i) {
+      const google::protobuf::ServiceDescriptor* service = file->service(i);
+      for (int j = 0; j < service->method_count(); ++j) {
+        methods.push_back(service->name() + "/" + service->method(j)->name());
+      }
     }
   }
   return methods;

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "worker/dataset/archive/verdicts.h"
+#include "common/config/verdicts.h"
 
 namespace parallax {
 

@@ -13,8 +13,8 @@
 
 #include "common/base/hash.h"
 #include "common/base/system/file.h"
+#include "common/config/verdicts.h"
 #include "worker/dataset/archive/archive_index.h"
-#include "worker/dataset/archive/verdicts.h"
 #include "worker/dataset/frame/frame_reader.h"
 #include "worker/dataset/frame/sensor_stage.h"
 #include "worker/jobs/files/behind_truth.h"

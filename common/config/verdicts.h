@@ -1,5 +1,5 @@
 // The stage `finish`: judges a frame by its stored statistics. Verdicts are made when an archive is
-// written, and again when the study's filters change; neither renders anything.
+// written or a stream delivers, and again when the study's filters change; none renders anything.
 //
 // To add a verdict, write its function in verdicts.cc and name it in kVerdicts there.
 #pragma once

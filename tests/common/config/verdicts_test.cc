@@ -1,4 +1,4 @@
-#include "worker/dataset/archive/verdicts.h"
+#include "common/config/verdicts.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

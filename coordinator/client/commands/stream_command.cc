@@ -1,0 +1,229 @@
+// stream: pairs of an endless study, for trainings that take them as they are made.
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "common/base/names.h"
+#include "common/base/system/file.h"
+#include "common/config/config.h"
+#include "common/store/store.h"
+#include "coordinator/client/command.h"
+#include "coordinator/client/content/ship_content.h"
+#include "coordinator/client/content/study_options.h"
+#include "coordinator/client/interrupt.h"
+#include "coordinator/client/runs/store_reader.h"
+#include "coordinator/client/views/study_view.h"
+#include "coordinator/client/views/text.h"
+#include "coordinator/client/views/text_table.h"
+#include "worker/dataset/export/stream_sample.h"
+
+namespace parallax::client {
+namespace {
+
+constexpr double kWait_s = 10;
+constexpr int kPairsAtOnce = 16;
+
+struct StreamOptions {
+  StudyOptions study{.takes_endless = true};
+  bool close = false, tar = false;
+  std::string consumer = "tar";
+  int rank = 0, ranks = 1;
+  int64_t most = 0;
+};
+
+nlohmann::ordered_json StreamJson(const v1::StreamStatus& stream) {
+  nlohmann::ordered_json consumers = nlohmann::ordered_json::array();
+  for (const v1::StreamConsumer& consumer : stream.consumers()) {
+    consumers.push_back({{"name", consumer.name()},
+                         {"rank", consumer.rank()},
+                         {"ranks", consumer.ranks()},
+                         {"acknowledged", consumer.acknowledged()},
+                         {"heard_unix_s", consumer.heard_unix_s()}});
+  }
+  return {{"name", stream.name()},
+          {"user", stream.user()},
+          {"closed", stream.closed()},
+          {"opened_unix_s", stream.opened_unix_s()},
+          {"chunks_begun", stream.chunks_begun()},
+          {"chunks_made", stream.chunks_made()},
+          {"chunks_forgotten", stream.chunks_forgotten()},
+          {"pairs_kept", stream.pairs_kept()},
+          {"pairs_filtered_out", stream.pairs_filtered_out()},
+          {"needs", stream.needs()},
+          {"consumers", std::move(consumers)}};
+}
+
+void PrintStreams(const v1::ListStreamsReply& reply, const Session& session) {
+  if (session.options.json) {
+    nlohmann::ordered_json json = {{"streams", nlohmann::ordered_json::array()}};
+    for (const v1::StreamStatus& stream : reply.streams()) {
+      json["streams"].push_back(StreamJson(stream));
+    }
+    return session.PrintJson(json);
+  }
+  if (reply.streams().empty()) {
+    *session.out().stream << "no stream is open; `parallax stream FILE` begins one\n";
+    return;
+  }
+  Table table({{"STREAM"},
+               {"CHUNKS MADE", Align::kRight},
+               {"BEGUN", Align::kRight},
+               {"PAIRS KEPT", Align::kRight},
+               {"CONSUMERS"}});
+  for (const v1::StreamStatus& stream : reply.streams()) {
+    std::string consumers;
+    for (const v1::StreamConsumer& consumer : stream.consumers()) {
+      consumers += consumers.empty() ? "" : ", ";
+      consumers += consumer.name();
+      if (consumer.ranks() > 1) consumers += fmt::format(" {}/{}", consumer.rank(), consumer.ranks());
+      consumers += fmt::format(" in round {}", consumer.acknowledged() >> 32);
+    }
+    table.AddRow({stream.name() + (stream.closed() ? " (closing)" : ""),
+                  FormatCount(stream.chunks_made()), FormatCount(stream.chunks_begun()),
+                  FormatCount(stream.pairs_kept()), consumers.empty() ? "none" : consumers});
+  }
+  table.Print(session.out());
+  for (const v1::StreamStatus& stream : reply.streams()) {
+    if (!stream.needs().empty()) session.PrintNote(stream.name() + ": " + stream.needs());
+  }
+}
+
+// Writes all bytes to standard output. Returns false when its reader is gone.
+absl::StatusOr<bool> WriteOut(const std::string& bytes) {
+  size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t written = ::write(STDOUT_FILENO, bytes.data() + done, bytes.size() - done);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0 && errno == EPIPE) return false;
+    if (written < 0) return ErrnoError(errno, "write standard output");
+    done += static_cast<size_t>(written);
+  }
+  return true;
+}
+
+// Writes pairs as members of one tar file until somebody ends it. A pair is acknowledged when its
+// bytes are written.
+absl::StatusOr<ExitCode> WriteTar(const std::string& name, const StreamOptions& options,
+                                  Connection& connection, const Session& session) {
+  InterruptScope interrupt;
+  ASSIGN_OR_RETURN(
+      const auto reader,
+      StoreReader::Open(connection, fmt::format("{}/parallax-stream-{}",
+                                                std::filesystem::temp_directory_path().string(),
+                                                ::getpid())));
+  v1::NextPairsRequest request;
+  request.set_stream(name);
+  request.set_consumer(options.consumer);
+  request.set_rank(options.rank);
+  request.set_ranks(options.ranks);
+  request.set_wait_s(kWait_s);
+  request.set_limit(kPairsAtOnce);
+  request.set_resume(true);
+  int64_t written = 0;
+  std::string waits_for;
+  while (interrupt.count() == 0 && (options.most == 0 || written < options.most)) {
+    ASSIGN_OR_RETURN(const v1::NextPairsReply reply, connection.NextPairs(request));
+    request.set_resume(false);
+    if (reply.pairs().empty() && reply.waits_for() != waits_for) {
+      session.PrintNote("waits: " + reply.waits_for());
+      waits_for = reply.waits_for();
+    }
+    uint64_t after = reply.position();
+    for (const v1::StreamedPair& pair : reply.pairs()) {
+      if (interrupt.count() > 0 || (options.most > 0 && written == options.most)) {
+        after = pair.position();
+        break;
+      }
+      if (!reader->is_local()) RETURN_IF_ERROR(reader->Bring(pair.frame()));
+      ASSIGN_OR_RETURN(const std::string members,
+                       StreamSample(pair, reader->folder() + "/" + pair.frame().path()));
+      reader->Drop(pair.frame());
+      ASSIGN_OR_RETURN(const bool is_read, WriteOut(members));
+      if (!is_read) return kExitOk;  // What it took last is not acknowledged: it comes again.
+      ++written;
+    }
+    request.set_position(after);
+    request.set_acknowledged(after);
+  }
+  request.set_wait_s(0);
+  request.set_limit(1);
+  RETURN_IF_ERROR(connection.NextPairs(request).status());  // Acknowledges the last ones.
+  RETURN_IF_ERROR(WriteOut(StreamEnd()).status());
+  return kExitOk;
+}
+
+absl::StatusOr<ExitCode> Stream(StreamOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  if (options.study.study.empty()) {
+    if (options.close || options.tar) {
+      return InvalidArgument("{} needs the stream's name or its study",
+                             options.close ? "--close" : "--tar");
+    }
+    ASSIGN_OR_RETURN(const v1::ListStreamsReply reply, connection->ListStreams(""));
+    PrintStreams(reply, session);
+    return kExitOk;
+  }
+  std::string name = options.study.study;
+  const std::vector<std::string> built_in = BuiltinStudies();
+  const bool is_study = std::filesystem::exists(name) ||
+                        std::count(built_in.begin(), built_in.end(), name) > 0 ||
+                        !IsFolderName(name);
+  v1::ListStreamsReply reply;
+  if (is_study) {
+    ASSIGN_OR_RETURN(v1::StudySpec study, ResolveStudy(options.study));
+    name = study.name();
+    if (!options.close) {
+      RETURN_IF_ERROR(HashContent(study, FolderReaders::kOfFarm));
+      RETURN_IF_ERROR(ShipContent(study, *connection->RemoteStore()).status());
+      ASSIGN_OR_RETURN(*reply.add_streams(), connection->OpenStream(study));
+    }
+  }
+  if (options.close) {
+    ASSIGN_OR_RETURN(*reply.add_streams(), connection->CloseStream(name, ""));
+  } else if (!is_study) {
+    ASSIGN_OR_RETURN(reply, connection->ListStreams(name));
+  }
+  if (options.tar) return WriteTar(name, options, *connection, session);
+  PrintStreams(reply, session);
+  return kExitOk;
+}
+
+}  // namespace
+
+void RegisterStream(Registry& registry) {
+  CLI::App* command = registry.AddCommand(
+      registry.app, "stream", "Pairs of an endless study, for trainings that take them as they are made",
+      "A study with `pairs: endless` begins when a stream is opened. Pairs are made ahead of its\n"
+      "consumers and forgotten when they are used up. In Python:\n"
+      "parallax_data.stream(NAME). Without STUDY: lists the streams.\n"
+      "\n"
+      "Examples:\n"
+      "  parallax stream endless.yaml\n"
+      "  parallax stream endless --tar | python train.py\n"
+      "  parallax stream endless --close\n");
+  auto options = std::make_shared<StreamOptions>();
+  command->add_option("STUDY", options->study.study,
+                      "A file, a built-in study's name, or the name of a stream");
+  command->add_flag("--tar", options->tar,
+                    "Write pairs to standard output as one endless tar file (WebDataset)");
+  command->add_option("--consumer", options->consumer, "With --tar: who reads; it goes on there")
+      ->type_name("NAME")
+      ->capture_default_str();
+  command->add_option("--rank", options->rank, "With --tar: this reader's part, from 0")
+      ->check(CLI::Range(0, 65535));
+  command->add_option("--ranks", options->ranks, "With --tar: readers that split the stream")
+      ->check(CLI::Range(1, 65536));
+  command->add_option("--most", options->most, "With --tar: end after so many pairs (0: never)")
+      ->check(CLI::NonNegativeNumber);
+  CLI::Option* close = command->add_flag(
+      "--close", options->close, "End the stream: what is being made is cancelled, and its pairs go");
+  close->excludes(command->get_option("--tar"));
+  command->group(kCoordinatorCommands);
+  registry.AddConnectionOptions(command);
+  registry.SetAction(command, [options](Session& session) { return Stream(*options, session); });
+}
+
+}  // namespace parallax::client

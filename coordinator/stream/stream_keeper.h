@@ -1,0 +1,112 @@
+// Keeps streams going: submits the chunks that their consumers will come to, hands their pairs out,
+// and forgets chunks that are used up. Nothing of it is lost by a restart: what consumers have
+// acknowledged, and the studies of the chunks, are in the queue's database.
+//
+// - A chunk is submitted under an idempotency key of its own, so that a restart finds it again.
+// - Chunks are made up to `chunks_ahead` beyond the consumer that is farthest behind. So a slow one
+//   holds the makers back, and the disk is bounded: `uses` + `chunks_ahead` chunks, beside those
+//   that `keep_s` keeps.
+// - A consumer that is silent for `silent_s` keeps nothing while others go on. If it comes back to
+//   pairs that are gone, it hears so.
+//
+// Thread-safe. Blocks on the queue.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/base/system/clock.h"
+#include "coordinator/stream/stream_order.h"
+#include "parallax/v1/stream.pb.h"
+
+namespace parallax {
+
+class JobQueue;
+
+class StreamKeeper {
+ public:
+  // Both must outlive the keeper.
+  StreamKeeper(JobQueue& queue, Clock& clock) : queue_(queue), clock_(clock) {}
+
+  // Begins a stream, or finds the one that was begun with the same study. `actor` is who asks, for
+  // the audit table. Errors: kAlreadyExists for a name that another stream has; kInvalidArgument
+  // for a study that is not endless; those of JobQueue::Submit and of the database.
+  absl::StatusOr<v1::StreamStatus> Open(const v1::StudySpec& study, std::string_view actor);
+  // Ends a stream. Its chunks are cancelled and forgotten by the next calls of Tick. Errors:
+  // kNotFound.
+  absl::StatusOr<v1::StreamStatus> Close(const std::string& name);
+  // Returns the streams, or that of the name, by name. Errors: kNotFound.
+  absl::StatusOr<std::vector<v1::StreamStatus>> List(const std::string& name);
+  // Returns who opened the stream. Errors: kNotFound.
+  absl::StatusOr<std::string> OpenedBy(const std::string& name);
+
+  // Returns pairs and keeps the acknowledgement, durably if it is a new one. Without pairs the
+  // reply says what it waits for: ask again. Errors: kNotFound for an unknown or closed stream;
+  // kInvalidArgument for another number of ranks than the consumer has; kOutOfRange for a position
+  // whose pairs are forgotten.
+  absl::StatusOr<v1::NextPairsReply> Next(const v1::NextPairsRequest& request);
+
+  // Submits and forgets chunks as the consumers need. Call it every second or so. Errors: the
+  // database's; others are what `needs` of a status says.
+  absl::Status Tick();
+
+ private:
+  struct Chunk {
+    int64_t study = 0;
+    SteadyTime looked;  // When its study was last asked for its state.
+    bool ended = false;
+    std::string needs;                    // Why it does not end without a person.
+    std::vector<v1::StreamedPair> pairs;  // Once it has ended: in the order of stream_order.h.
+    int64_t filtered_out = 0;             // Pairs that fail a filter, which nobody gets.
+    std::optional<SteadyTime> used_up;    // When it was found that no consumer needs it any more.
+  };
+  using Round = std::vector<const v1::StreamedPair*>;  // In the order of delivery.
+  struct Stream {
+    v1::StreamRecord record;
+    std::map<int64_t, Chunk> chunks;  // Those that were begun and are not forgotten.
+    std::map<int64_t, Round> rounds;  // Those that consumers asked for.
+    // When ranks were last heard, by (consumer, rank). A restart hears all of them.
+    std::map<std::pair<std::string, int>, SteadyTime> heard;
+    std::string needs;  // Why no chunk can be begun.
+
+    const v1::StudySpec& study() const { return record.study(); }
+    int64_t chunks_begun() const { return record.chunks_forgotten() + record.chunk_studies_size(); }
+  };
+
+  // All need mu_.
+  absl::Status Load();
+  absl::StatusOr<Stream*> Find(const std::string& name);
+  void Enter(v1::StreamRecord record);
+  // Submits the chunks that consumers will come to; why it can't is in `needs`.
+  absl::Status BeginChunks(Stream& stream);
+  absl::Status ForgetChunks(Stream& stream);
+  // Cancels and forgets all chunks of a closed stream. Returns whether all are gone.
+  absl::StatusOr<bool> End(Stream& stream);
+  // Asks for the state of a chunk's study, and for its pairs when it has ended.
+  absl::Status LookAt(const Stream& stream, int64_t number, Chunk& chunk);
+  // Returns the round; null with the reason if its pairs are not all made.
+  absl::StatusOr<const Round*> RoundOf(Stream& stream, int64_t number, std::string* waits_for);
+  // Finds or enters the consumer's rank, and notes that it was heard. `is_new`: the record changed.
+  absl::StatusOr<v1::StreamConsumer*> Hear(Stream& stream, const v1::NextPairsRequest& request,
+                                           bool* is_new);
+  // Returns the oldest round that some consumer may still ask for.
+  int64_t OldestRound(const Stream& stream) const;
+  // Returns the first chunk of which that round has pairs.
+  int64_t OldestChunk(const Stream& stream) const;
+  v1::StreamStatus StatusOf(const Stream& stream) const;
+
+  JobQueue& queue_;
+  Clock& clock_;
+  std::mutex mu_;
+  // Guarded by mu_.
+  bool loaded_ = false;
+  std::map<std::string, std::unique_ptr<Stream>> streams_;
+};
+
+}  // namespace parallax

@@ -319,13 +319,27 @@ class LocalStore final : public Store {
   const std::string id_;
 };
 
+// Makes the marker with a new id, unless another process makes one at the same time: then that one
+// stays, which others may have read already.
+absl::Status MakeMarker(const std::string& folder) {
+  ASSIGN_OR_RETURN(const std::string id, NewSecret());
+  const std::string own = folder + "/" + TemporaryName();
+  const std::string marker = folder + "/" + std::string(kStoreMarker);
+  RETURN_IF_ERROR(WriteFileAtomically(own, StoreMarkerText(id)));
+  const int linked = ::link(own.c_str(), marker.c_str());
+  const int error = linked == 0 ? 0 : errno;
+  const bool has_no_links = error == EPERM || error == EOPNOTSUPP || error == ENOSYS;
+  if (has_no_links && ::rename(own.c_str(), marker.c_str()) == 0) return absl::OkStatus();
+  ::unlink(own.c_str());
+  return error == 0 || error == EEXIST ? absl::OkStatus() : ErrnoError(error, "make " + marker);
+}
+
 // The id in the marker, made with it if need be.
 absl::StatusOr<std::string> TakeMarker(const std::string& folder, const StoreOptions& options) {
   ASSIGN_OR_RETURN(std::string id, ReadMarker(folder));
   if (id.empty() && options.create) {
-    ASSIGN_OR_RETURN(id, NewSecret());
-    RETURN_IF_ERROR(
-        WriteFileAtomically(folder + "/" + std::string(kStoreMarker), StoreMarkerText(id)));
+    RETURN_IF_ERROR(MakeMarker(folder));
+    ASSIGN_OR_RETURN(id, ReadMarker(folder));
   }
   RETURN_IF_ERROR(CheckStoreId(folder, id, options.id));
   return id;

@@ -199,7 +199,7 @@ absl::StatusOr<ExitCode> ShowRoom(const FileOptions& options, Session& session) 
   furniture.Print(session.out(), 2);
   Table things({{"on"}, {"number"}, {"spread"}, {"classes", Align::kRight}});
   for (const v1::RoomThings& row : kind.things()) {
-    things.AddRow({row.on(), CountText(row.has_count(), row.count(), 3),
+    things.AddRow({row.bearer(), CountText(row.has_count(), row.count(), 3),
                    row.has_spread() ? row.spread() : "scatter",
                    std::to_string(row.classes_size())});
   }

@@ -9,6 +9,7 @@
 
 #include <atomic>
 #include <filesystem>
+#include <thread>
 
 #include "common/base/system/file.h"
 #include "tests/common/store/store_conformance.h"
@@ -90,6 +91,23 @@ TEST(LocalStore, AMarkerTellsTheStoreFromADiskThatIsNotMounted) {
 
   ASSERT_TRUE(WriteFile(folder + "/.parallax-store", "nonsense").ok());
   EXPECT_EQ(OpenStore(folder).status().code(), absl::StatusCode::kDataLoss);
+}
+
+TEST(LocalStore, AllWhoMakeAStoreAtTheSameTimeMakeTheSameOne) {
+  for (int round = 0; round < 50; ++round) {
+    const std::string folder = FreshFolder();
+    std::vector<std::string> ids(4);
+    {
+      std::vector<std::jthread> threads;
+      for (std::string& id : ids) {
+        threads.emplace_back([&id, &folder] {
+          const auto store = OpenStore(folder);
+          id = store.ok() ? (*store)->Id() : std::string(ToStd(store.status().message()));
+        });
+      }
+    }
+    EXPECT_THAT(ids, testing::Each((*OpenStore(folder))->Id())) << round;
+  }
 }
 
 TEST(LocalStore, TemporaryFilesAreNotResults) {

@@ -34,9 +34,8 @@ constexpr double kHalfDegree = std::numbers::pi / 360;
 constexpr double kMostVerticalFov_deg = 110;  // Limits pictures whose height is not given.
 constexpr size_t kMostFiles = 10;             // In a row of studies that extend each other.
 constexpr const char* kStudyFields[] = {
-    "study", "extends", "base",           "set",      "seed",      "pairs",   "priority",
-    "tags",  "train",   "rigs_per_scene", "evaluate", "memory_mb", "variants",
-    "stream"};
+    "study", "extends", "base",           "set",      "seed",      "pairs",    "priority",
+    "tags",  "train",   "rigs_per_scene", "evaluate", "memory_mb", "variants", "stream"};
 
 // One of the files that a study is read from.
 struct StudyFile {
@@ -207,10 +206,10 @@ class StudyLoader {
     const struct {
       const char* field;
       const char* what;
-    } needed[] = {{"study", "missing, allowed is the study's name"},
-                  {"pairs",
-                   "missing, allowed is the number of pairs of each variant, from 1, or endless"},
-                  {"variants", "missing, allowed is a list of at least one {name, set}"}};
+    } needed[] = {
+        {"study", "missing, allowed is the study's name"},
+        {"pairs", "missing, allowed is the number of pairs of each variant, from 1, or endless"},
+        {"variants", "missing, allowed is a list of at least one {name, set}"}};
     for (const auto& [field, what] : needed) {
       if (seen_.count(field) == 0) own.reader.Error(own.root, field, what);
     }

@@ -329,8 +329,8 @@ absl::StatusOr<v1::StreamStatus> Connection::OpenStream(const v1::StudySpec& stu
 absl::StatusOr<v1::ListStreamsReply> Connection::ListStreams(const std::string& name) {
   v1::ListStreamsRequest request;
   request.set_name(name);
-  return CallOn<v1::ListStreamsRequest, v1::ListStreamsReply>(
-      *stub_->streams, &v1::Streams::Stub::List, request);
+  return CallOn<v1::ListStreamsRequest, v1::ListStreamsReply>(*stub_->streams,
+                                                              &v1::Streams::Stub::List, request);
 }
 
 absl::StatusOr<v1::StreamStatus> Connection::CloseStream(const std::string& name,
@@ -343,8 +343,8 @@ absl::StatusOr<v1::StreamStatus> Connection::CloseStream(const std::string& name
 }
 
 absl::StatusOr<v1::NextPairsReply> Connection::NextPairs(const v1::NextPairsRequest& request) {
-  return CallOn<v1::NextPairsRequest, v1::NextPairsReply>(
-      *stub_->streams, &v1::Streams::Stub::Next, request, request.wait_s());
+  return CallOn<v1::NextPairsRequest, v1::NextPairsReply>(*stub_->streams, &v1::Streams::Stub::Next,
+                                                          request, request.wait_s());
 }
 
 std::unique_ptr<Store> Connection::RemoteStore() const {

@@ -124,8 +124,7 @@ StreamsService::Reactor* StreamsService::Close(Context* context,
   });
 }
 
-StreamsService::Reactor* StreamsService::Next(Context* context,
-                                              const v1::NextPairsRequest* request,
+StreamsService::Reactor* StreamsService::Next(Context* context, const v1::NextPairsRequest* request,
                                               v1::NextPairsReply* reply) {
   Reactor* const reactor = context->DefaultReactor();
   const absl::Status checked = CheckNextPairs(*request);

@@ -41,8 +41,7 @@ absl::StatusOr<bool> Passes(const v1::StudySpec& stream, const v1::PublishedFram
     if (variant.name() != frame.variant()) continue;
     FrameFacts facts;
     facts.statistics.insert(frame.frame().statistics().begin(), frame.frame().statistics().end());
-    ASSIGN_OR_RETURN(const std::vector<Verdict> verdicts,
-                     Judge(facts, variant.config().filters()));
+    ASSIGN_OR_RETURN(const std::vector<Verdict> verdicts, Judge(facts, variant.config().filters()));
     return std::all_of(verdicts.begin(), verdicts.end(),
                        [](const Verdict& verdict) { return verdict.passed; });
   }
@@ -154,7 +153,8 @@ int64_t StreamKeeper::OldestRound(const Stream& stream) const {
     const int64_t round = StreamPosition::Of(consumer.acknowledged()).round;
     oldest = std::min(oldest, round);
     const SteadyTime heard = stream.heard.at({consumer.name(), consumer.rank()});
-    if (SecondsBetween(heard, clock_.Steady()) < SilentSecondsOf(stream.study())) oldest_heard = std::min(oldest_heard, round);
+    if (SecondsBetween(heard, clock_.Steady()) < SilentSecondsOf(stream.study()))
+      oldest_heard = std::min(oldest_heard, round);
   }
   // Nothing is forgotten for consumers that are all silent.
   oldest = oldest_heard != std::numeric_limits<int64_t>::max() ? oldest_heard : oldest;
@@ -177,8 +177,8 @@ absl::Status StreamKeeper::BeginChunks(Stream& stream) {
     request.set_idempotency_key(KeyOf(stream.record, chunk));
     const absl::StatusOr<v1::SubmitReply> reply = queue_.Submit(request, stream.record.actor());
     if (!reply.ok()) {
-      stream.needs = fmt::format("chunk {} can't be submitted: {}", chunk,
-                                 ToStd(reply.status().message()));
+      stream.needs =
+          fmt::format("chunk {} can't be submitted: {}", chunk, ToStd(reply.status().message()));
       return absl::OkStatus();
     }
     v1::StreamRecord record = stream.record;
@@ -267,9 +267,10 @@ absl::Status StreamKeeper::LookAt(const Stream& stream, int64_t number, Chunk& c
   const absl::StatusOr<v1::StudyStatus> study = queue_.GetStudy(StudyId{chunk.study});
   chunk.needs.clear();
   if (absl::IsNotFound(study.status())) {
-    chunk.needs = fmt::format("chunk {} (study {}) was forgotten before it was delivered: `parallax "
-                              "stream {} --close`, and begin it again",
-                              number, chunk.study, stream.study().name());
+    chunk.needs = fmt::format(
+        "chunk {} (study {}) was forgotten before it was delivered: `parallax "
+        "stream {} --close`, and begin it again",
+        number, chunk.study, stream.study().name());
     return absl::OkStatus();
   }
   RETURN_IF_ERROR(study.status());
@@ -289,9 +290,10 @@ absl::Status StreamKeeper::LookAt(const Stream& stream, int64_t number, Chunk& c
       chunk.needs = study->state() == v1::STUDY_STATE_FAILED
                         ? fmt::format("chunk {} failed: `parallax retry {}` tries again{}", number,
                                       chunk.study, why)
-                        : fmt::format("chunk {} (study {}) was cancelled: `parallax stream {} "
-                                      "--close`, and begin it again",
-                                      number, chunk.study, stream.study().name());
+                        : fmt::format(
+                              "chunk {} (study {}) was cancelled: `parallax stream {} "
+                              "--close`, and begin it again",
+                              number, chunk.study, stream.study().name());
       return absl::OkStatus();
     }
     default:

@@ -123,7 +123,8 @@ std::pair<int64_t, int64_t> ChunksOfRound(const v1::StudySpec& stream, int64_t r
 std::vector<uint32_t> OrderOfRound(const v1::StudySpec& stream, int64_t round, size_t pairs) {
   std::vector<uint32_t> order(pairs);
   std::iota(order.begin(), order.end(), 0u);
-  Rng(SceneSeed{stream.seed()}, "stream").Child("round", static_cast<uint64_t>(round))
+  Rng(SceneSeed{stream.seed()}, "stream")
+      .Child("round", static_cast<uint64_t>(round))
       .Shuffle(order);
   return order;
 }

@@ -197,7 +197,7 @@ absl::StatusOr<ExitCode> ShowRoom(const FileOptions& options, Session& session) 
                       row.has_stand() ? row.stand() : "against_wall", row.anchor()});
   }
   furniture.Print(session.out(), 2);
-  Table things({{"on"}, {"number"}, {"spread"}, {"classes", Align::kRight}});
+  Table things({{"bearer"}, {"number"}, {"spread"}, {"classes", Align::kRight}});
   for (const v1::RoomThings& row : kind.things()) {
     things.AddRow({row.bearer(), CountText(row.has_count(), row.count(), 3),
                    row.has_spread() ? row.spread() : "scatter",

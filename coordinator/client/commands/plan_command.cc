@@ -16,6 +16,7 @@
 #include "coordinator/client/runs/submit_study.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
+#include "coordinator/stream/stream_order.h"
 #include "coordinator/study/expansion.h"
 
 namespace parallax::client {
@@ -179,9 +180,35 @@ bool Ask(const PlanOptions& options, const Session& session) {
   return answer == "y" || answer == "Y" || answer == "yes";
 }
 
+// The most chunks of a stream that are on the disk, beside those that keep_s keeps.
+int64_t MostChunksOf(const v1::StudySpec& stream) { return UsesOf(stream) + ChunksAheadOf(stream); }
+
+void PrintStream(const v1::StudySpec& stream, const StudyPlan& chunk, const Session& session) {
+  const int64_t most = MostChunksOf(stream);
+  *session.out().stream << "Endless: that is its first chunk; at most " << Plural(most, "chunk")
+                        << " (" << FormatCount(most * ChunkPairsOf(stream)) << " pairs, "
+                        << FormatBytes(static_cast<double>(most * chunk.total.disk_bytes))
+                        << ") are kept"
+                        << (KeepSecondsOf(stream) > 0
+                                ? ", and those used up within " + FormatAbout(KeepSecondsOf(stream))
+                                : "")
+                        << "; `parallax stream` begins it\n";
+}
+
 absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
   ASSIGN_OR_RETURN(v1::StudySpec study, ResolveStudy(options.study));
   RETURN_IF_ERROR(HashContent(study, FolderReaders::kOfFarm));
+  const v1::StudySpec stream = study;
+  if (stream.has_stream()) {
+    if (options.yes) {
+      return InvalidArgument(
+          "--yes: study '{}' is endless and is not submitted; `parallax stream "
+          "{}` begins it",
+          study.name(), options.study.study);
+    }
+    study = ChunkStudy(stream, 0);
+    study.set_name(stream.name());
+  }
   double factor = 1;
   std::map<std::string, DifferenceSpread> spreads;
   if (!options.from.empty()) {
@@ -202,10 +229,16 @@ absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
   if (!json) {
     PrintPlan(study, plan, power, options.cores, session);
     PrintMissing(missing, session);
+    if (stream.has_stream()) PrintStream(stream, plan, session);
   }
-  const bool submit = json ? options.yes : Ask(options, session);
+  const bool submit = !stream.has_stream() && (json ? options.yes : Ask(options, session));
   Json printed = PlanJson(study, plan, power, options.cores);
   printed["missing"] = missing;
+  if (stream.has_stream()) {
+    printed["stream"] = {{"chunk_pairs", ChunkPairsOf(stream)},
+                         {"chunks_kept", MostChunksOf(stream)},
+                         {"disk_bytes", MostChunksOf(stream) * plan.total.disk_bytes}};
+  }
   if (submit) {
     ASSIGN_OR_RETURN(const auto connection, session.Connect());
     ASSIGN_OR_RETURN(const Submitted submitted,
@@ -236,6 +269,7 @@ void RegisterPlan(Registry& registry) {
       "  parallax plan table1 --from out/quickstart   costs as measured on this machine\n");
   command->group(kLocalCommands);
   auto options = std::make_shared<PlanOptions>();
+  options->study.takes_endless = true;
   AddStudyOptions(*command, options->study);
   command
       ->add_option(

@@ -78,7 +78,8 @@ void PrintStreams(const v1::ListStreamsReply& reply, const Session& session) {
     for (const v1::StreamConsumer& consumer : stream.consumers()) {
       consumers += consumers.empty() ? "" : ", ";
       consumers += consumer.name();
-      if (consumer.ranks() > 1) consumers += fmt::format(" {}/{}", consumer.rank(), consumer.ranks());
+      if (consumer.ranks() > 1)
+        consumers += fmt::format(" {}/{}", consumer.rank(), consumer.ranks());
       consumers += fmt::format(" in round {}", consumer.acknowledged() >> 32);
     }
     table.AddRow({stream.name() + (stream.closed() ? " (closing)" : ""),
@@ -111,9 +112,9 @@ absl::StatusOr<ExitCode> WriteTar(const std::string& name, const StreamOptions& 
   InterruptScope interrupt;
   ASSIGN_OR_RETURN(
       const auto reader,
-      StoreReader::Open(connection, fmt::format("{}/parallax-stream-{}",
-                                                std::filesystem::temp_directory_path().string(),
-                                                ::getpid())));
+      StoreReader::Open(connection,
+                        fmt::format("{}/parallax-stream-{}",
+                                    std::filesystem::temp_directory_path().string(), ::getpid())));
   v1::NextPairsRequest request;
   request.set_stream(name);
   request.set_consumer(options.consumer);
@@ -195,7 +196,8 @@ absl::StatusOr<ExitCode> Stream(StreamOptions& options, Session& session) {
 
 void RegisterStream(Registry& registry) {
   CLI::App* command = registry.AddCommand(
-      registry.app, "stream", "Pairs of an endless study, for trainings that take them as they are made",
+      registry.app, "stream",
+      "Pairs of an endless study, for trainings that take them as they are made",
       "A study with `pairs: endless` begins when a stream is opened. Pairs are made ahead of its\n"
       "consumers and forgotten when they are used up. In Python:\n"
       "parallax_data.stream(NAME). Without STUDY: lists the streams.\n"
@@ -218,8 +220,9 @@ void RegisterStream(Registry& registry) {
       ->check(CLI::Range(1, 65536));
   command->add_option("--most", options->most, "With --tar: end after so many pairs (0: never)")
       ->check(CLI::NonNegativeNumber);
-  CLI::Option* close = command->add_flag(
-      "--close", options->close, "End the stream: what is being made is cancelled, and its pairs go");
+  CLI::Option* close =
+      command->add_flag("--close", options->close,
+                        "End the stream: what is being made is cancelled, and its pairs go");
   close->excludes(command->get_option("--tar"));
   command->group(kCoordinatorCommands);
   registry.AddConnectionOptions(command);

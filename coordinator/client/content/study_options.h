@@ -32,8 +32,8 @@ struct StudyOptions {
 void AddStudyOptions(CLI::App& command, StudyOptions& options);
 
 // Loads the study, applies the overrides and checks the result. Errors: those of LoadStudy;
-// kInvalidArgument if both `pairs` and `scenes` are given, for values out of range, and for an endless
-// study that neither the command nor `pairs` or `scenes` takes.
+// kInvalidArgument if both `pairs` and `scenes` are given, for values out of range, and for an
+// endless study that neither the command nor `pairs` or `scenes` takes.
 absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options);
 
 // Returns the absolute path of a folder or file that a resolved study names.

@@ -36,11 +36,11 @@ TEST(StreamStudyTest, EndlessPairsHaveTheDefaultsOfAStream) {
 }
 
 TEST(StreamStudyTest, TheLockFileReadsBackToTheSameStudy) {
-  const auto study = ParseStudy(
-      std::string(kEndless) +
-          "stream:\n  chunk_pairs: 60\n  uses: 4\n  keep_s: 90\n"
-          "  mix: [{variant: rooms, weight: 3, until_pair: 600}, {variant: land}]\n",
-      "drive.yaml");
+  const auto study =
+      ParseStudy(std::string(kEndless) +
+                     "stream:\n  chunk_pairs: 60\n  uses: 4\n  keep_s: 90\n"
+                     "  mix: [{variant: rooms, weight: 3, until_pair: 600}, {variant: land}]\n",
+                 "drive.yaml");
   ASSERT_TRUE(study.ok()) << study.status();
   auto again = ParseStudy(StudyToYaml(*study), "study.lock.yaml");
   ASSERT_TRUE(again.ok()) << again.status();
@@ -49,16 +49,17 @@ TEST(StreamStudyTest, TheLockFileReadsBackToTheSameStudy) {
 }
 
 TEST(StreamStudyTest, AStudyWithANumberOfPairsHasNoStream) {
-  const auto study = ParseStudy(
-      "study: s\npairs: 4\nstream: {uses: 2}\nvariants: [{name: a}]\n", "s.yaml");
+  const auto study =
+      ParseStudy("study: s\npairs: 4\nstream: {uses: 2}\nvariants: [{name: a}]\n", "s.yaml");
   EXPECT_THAT(std::string(study.status().message()),
               HasSubstr("s.yaml:3: stream: beside a number of pairs, allowed only with `pairs: "
                         "endless`"));
 }
 
 TEST(StreamStudyTest, WhatIsWrongInAStreamIsNamed) {
-  EXPECT_THAT(ErrorOf("stream: {chunk_pairs: 0}\n"),
-              HasSubstr("drive.yaml:7: stream.chunk_pairs: 0 is out of range, allowed 1 to 100000"));
+  EXPECT_THAT(
+      ErrorOf("stream: {chunk_pairs: 0}\n"),
+      HasSubstr("drive.yaml:7: stream.chunk_pairs: 0 is out of range, allowed 1 to 100000"));
   EXPECT_THAT(ErrorOf("stream:\n  mix: [{variant: room}]\n"),
               HasSubstr("drive.yaml:8: stream.mix[0].variant: \"room\" is not known, did you mean "
                         "rooms"));
@@ -70,8 +71,8 @@ TEST(StreamStudyTest, WhatIsWrongInAStreamIsNamed) {
               HasSubstr("stream.mix: no variant has a share from pair 100 on"));
   EXPECT_THAT(ErrorOf("train: {trainer: builtin}\n"), HasSubstr("train: beside `pairs: endless`"));
   EXPECT_THAT(ErrorOf("stream: {use: 2}\n"), HasSubstr("did you mean uses"));
-  const auto pairs = ParseStudy(
-      "study: s\npairs: endless\nvariants: [{name: a, pairs: 4}]\n", "s.yaml");
+  const auto pairs =
+      ParseStudy("study: s\npairs: endless\nvariants: [{name: a, pairs: 4}]\n", "s.yaml");
   EXPECT_THAT(std::string(pairs.status().message()),
               HasSubstr("s.yaml:3: variants[0].pairs: 4, allowed in an endless study is none"));
   const auto word = ParseStudy("study: s\npairs: endles\nvariants: [{name: a}]\n", "s.yaml");
@@ -81,13 +82,14 @@ TEST(StreamStudyTest, WhatIsWrongInAStreamIsNamed) {
 class ExtendedStreamTest : public FolderTest {};
 
 TEST_F(ExtendedStreamTest, AFiniteStudyMayExtendAnEndlessOneAndTheReverse) {
-  ASSERT_TRUE(WriteFile(dir_ + "/endless.yaml", kEndless + std::string("stream: {uses: 2}\n")).ok());
+  ASSERT_TRUE(
+      WriteFile(dir_ + "/endless.yaml", kEndless + std::string("stream: {uses: 2}\n")).ok());
   const auto finite = ParseStudy("extends: endless.yaml\npairs: 4\n", dir_ + "/finite.yaml");
   ASSERT_TRUE(finite.ok()) << finite.status();
   EXPECT_FALSE(finite->has_stream());
   EXPECT_EQ(finite->pairs(), 4);
-  const auto other = ParseStudy("extends: endless.yaml\nstream: {chunk_pairs: 40}\n",
-                                dir_ + "/other.yaml");
+  const auto other =
+      ParseStudy("extends: endless.yaml\nstream: {chunk_pairs: 40}\n", dir_ + "/other.yaml");
   ASSERT_TRUE(other.ok()) << other.status();
   EXPECT_EQ(other->stream().uses(), 2);
   EXPECT_EQ(other->stream().chunk_pairs(), 40);

@@ -19,6 +19,7 @@
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "parallax/v1/service.grpc.pb.h"
+#include "parallax/v1/stream.grpc.pb.h"
 #include "tests/folder_test.h"
 
 namespace parallax {
@@ -30,21 +31,36 @@ using ::testing::HasSubstr;
 // w worker, s submitter, o operator, r read-only.
 const std::map<std::string, std::string>& Rows() {
   static const auto* const rows = new std::map<std::string, std::string>{
-      {"Coordinator/Work", "w"},           {"Coordinator/Complete", "w"},
-      {"Coordinator/Fail", "w"},           {"Coordinator/Submit", "so"},
-      {"Coordinator/ListStudies", "sor"},  {"Coordinator/GetStudy", "sor"},
-      {"Coordinator/Cancel", "so"},        {"Coordinator/Pause", "so"},
-      {"Coordinator/Resume", "so"},        {"Coordinator/Retry", "so"},
-      {"Coordinator/ListJobs", "sor"},     {"Coordinator/ListWorkers", "sor"},
-      {"Coordinator/ListFrames", "sor"},   {"Coordinator/ListResults", "sor"},
-      {"Coordinator/GetScene", "sor"},     {"Coordinator/GetInfo", "wsor"},
-      {"Coordinator/Forget", "so"},        {"Coordinator/DrainWorkers", "o"},
-      {"Coordinator/SetMaxRunning", "so"}, {"Coordinator/ListUsers", "sor"},
-      {"Coordinator/ListAttempts", "sor"}, {"Coordinator/ListAudit", "o"},
-      {"Coordinator/OpenPage", "sor"},     {"Artifacts/Put", "wso"},
-      {"Artifacts/Remove", "w"},           {"Artifacts/Get", "wsor"},
-      {"Artifacts/List", "wsor"},          {"Streams/Open", "so"},
-      {"Streams/Next", "so"},              {"Streams/Close", "so"},
+      {"Coordinator/Work", "w"},
+      {"Coordinator/Complete", "w"},
+      {"Coordinator/Fail", "w"},
+      {"Coordinator/Submit", "so"},
+      {"Coordinator/ListStudies", "sor"},
+      {"Coordinator/GetStudy", "sor"},
+      {"Coordinator/Cancel", "so"},
+      {"Coordinator/Pause", "so"},
+      {"Coordinator/Resume", "so"},
+      {"Coordinator/Retry", "so"},
+      {"Coordinator/ListJobs", "sor"},
+      {"Coordinator/ListWorkers", "sor"},
+      {"Coordinator/ListFrames", "sor"},
+      {"Coordinator/ListResults", "sor"},
+      {"Coordinator/GetScene", "sor"},
+      {"Coordinator/GetInfo", "wsor"},
+      {"Coordinator/Forget", "so"},
+      {"Coordinator/DrainWorkers", "o"},
+      {"Coordinator/SetMaxRunning", "so"},
+      {"Coordinator/ListUsers", "sor"},
+      {"Coordinator/ListAttempts", "sor"},
+      {"Coordinator/ListAudit", "o"},
+      {"Coordinator/OpenPage", "sor"},
+      {"Artifacts/Put", "wso"},
+      {"Artifacts/Remove", "w"},
+      {"Artifacts/Get", "wsor"},
+      {"Artifacts/List", "wsor"},
+      {"Streams/Open", "so"},
+      {"Streams/Next", "so"},
+      {"Streams/Close", "so"},
       {"Streams/List", "sor"},
   };
   return *rows;
@@ -237,6 +253,50 @@ TEST_F(AccessTest, ASubmitterSteersItsOwnStudiesOnly) {
   EXPECT_TRUE(absl::IsPermissionDenied(retry(*bob)));
   EXPECT_TRUE(pause(*ada).ok());
   EXPECT_TRUE(pause(*v1::Coordinator::NewStub(Channel(Role::kOperator, "bob"))).ok());
+}
+
+TEST_F(AccessTest, ASubmitterTakesPairsOfItsOwnStreamsOnly) {
+  v1::OpenStreamRequest open;
+  v1::StudySpec& study = *open.mutable_study();
+  study.set_name("s");
+  study.set_pairs(4);
+  study.set_rigs_per_scene(2);
+  study.mutable_stream()->set_chunk_pairs(4);
+  study.add_variants()->set_name("v");
+  study.mutable_variants(0)->mutable_config()->set_type(v1::SCENE_TYPE_INDOOR);
+  study.mutable_variants(0)->mutable_config()->mutable_rigs()->set_count(2);
+  const auto ada = v1::Streams::NewStub(Channel(Role::kSubmitter, "ada"));
+  grpc::ClientContext context;
+  SetRpcTimeout(context, seconds(20));
+  v1::StreamStatus status;
+  const absl::Status opened = FromGrpc(ada->Open(&context, open, &status));
+  ASSERT_TRUE(opened.ok()) << opened;
+  EXPECT_THAT(status.user(), HasSubstr("submitter ada"));
+
+  const auto take = [&](v1::Streams::Stub& who) {
+    grpc::ClientContext context;
+    SetRpcTimeout(context, seconds(20));
+    v1::NextPairsRequest request;
+    request.set_stream("s");
+    request.set_consumer("train");
+    request.set_ranks(1);
+    v1::NextPairsReply reply;
+    return FromGrpc(who.Next(&context, request, &reply));
+  };
+  const auto close = [&](v1::Streams::Stub& who) {
+    grpc::ClientContext context;
+    SetRpcTimeout(context, seconds(20));
+    v1::CloseStreamRequest request;
+    request.set_name("s");
+    v1::StreamStatus reply;
+    return FromGrpc(who.Close(&context, request, &reply));
+  };
+  const auto bob = v1::Streams::NewStub(Channel(Role::kSubmitter, "bob"));
+  EXPECT_THAT(std::string(take(*bob).message()), HasSubstr("was not begun by 'bob'"));
+  EXPECT_TRUE(absl::IsPermissionDenied(close(*bob)));
+  EXPECT_TRUE(take(*ada).ok());
+  EXPECT_TRUE(take(*v1::Streams::NewStub(Channel(Role::kOperator, "olga"))).ok());
+  EXPECT_TRUE(close(*ada).ok());
 }
 
 TEST_F(AccessTest, LimitsAreToldAndRefuseByName) {

@@ -131,7 +131,8 @@ TEST_F(StreamKeeperTest, DeliversEachPairOnceInTheSameOrderInEachRun) {
   EXPECT_EQ(std::set<std::string>(first.begin(), first.end()).size(), 40u);
   // Another farm, whose workers are restarted and whose coordinator is killed all the time.
   std::filesystem::remove(options_.db_path);
-  for (const char* more : {"-wal", "-shm", ".lock"}) std::filesystem::remove(options_.db_path + more);
+  for (const char* more : {"-wal", "-shm", ".lock"})
+    std::filesystem::remove(options_.db_path + more);
   keeper_.reset();
   queue_.reset();
   Restart();

@@ -192,12 +192,14 @@ absl::Status StreamKeeper::BeginChunks(Stream& stream) {
 
 absl::Status StreamKeeper::ForgetChunks(Stream& stream) {
   const int64_t oldest = OldestChunk(stream);
+  for (auto& [number, chunk] : stream.chunks) {
+    if (number < oldest && !chunk.used_up) chunk.used_up = clock_.Steady();
+  }
   while (!stream.chunks.empty()) {
     const auto first = stream.chunks.begin();
-    Chunk& chunk = first->second;
-    if (first->first >= oldest) return absl::OkStatus();
-    if (!chunk.used_up) chunk.used_up = clock_.Steady();
-    if (SecondsBetween(*chunk.used_up, clock_.Steady()) < KeepSecondsOf(stream.study())) {
+    const Chunk& chunk = first->second;
+    if (!chunk.used_up ||
+        SecondsBetween(*chunk.used_up, clock_.Steady()) < KeepSecondsOf(stream.study())) {
       return absl::OkStatus();
     }
     const absl::StatusOr<v1::ForgetReply> forgotten = queue_.Forget(

@@ -34,6 +34,9 @@ class StreamKeeperTest : public QueueTest {
     v1::StudySpec study = MakeStudy({.name = "drive", .pairs = chunk_pairs}).study();
     study.mutable_stream()->set_chunk_pairs(chunk_pairs);
     study.mutable_stream()->set_chunks_ahead(2);
+    for (v1::VariantSpec& variant : *study.mutable_variants()) {
+      variant.mutable_config()->mutable_filters()->set_min_mean_intensity(10);
+    }
     return study;
   }
 

@@ -168,11 +168,18 @@ absl::StatusOr<ExitCode> Stream(StreamOptions& options, Session& session) {
     return kExitOk;
   }
   std::string name = options.study.study;
-  const std::vector<std::string> built_in = BuiltinStudies();
-  const bool is_study = std::filesystem::exists(name) ||
-                        std::count(built_in.begin(), built_in.end(), name) > 0 ||
-                        !IsFolderName(name);
   v1::ListStreamsReply reply;
+  bool is_study = std::filesystem::exists(name) || !IsFolderName(name);
+  if (!is_study) {  // A stream that is open, or a built-in study.
+    absl::StatusOr<v1::ListStreamsReply> open = connection->ListStreams(name);
+    const std::vector<std::string> built_in = BuiltinStudies();
+    is_study = absl::IsNotFound(open.status()) &&
+               std::count(built_in.begin(), built_in.end(), name) > 0;
+    if (!is_study) {
+      RETURN_IF_ERROR(open.status());
+      reply = *std::move(open);
+    }
+  }
   if (is_study) {
     ASSIGN_OR_RETURN(v1::StudySpec study, ResolveStudy(options.study));
     name = study.name();
@@ -183,9 +190,8 @@ absl::StatusOr<ExitCode> Stream(StreamOptions& options, Session& session) {
     }
   }
   if (options.close) {
+    reply.clear_streams();
     ASSIGN_OR_RETURN(*reply.add_streams(), connection->CloseStream(name, ""));
-  } else if (!is_study) {
-    ASSIGN_OR_RETURN(reply, connection->ListStreams(name));
   }
   if (options.tar) return WriteTar(name, options, *connection, session);
   PrintStreams(reply, session);

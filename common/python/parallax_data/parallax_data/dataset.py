@@ -208,6 +208,26 @@ class Pair:
         return f"Pair({self.frame.key}, {width}x{height}, {pixels}, {100 * self.valid.mean():.0f} % valid{maps})"
 
 
+def check_maps(pictures: str, maps: Sequence[str]) -> None:
+    """Errors: ValueError for what read_pair does not know."""
+    if pictures not in ("color", "infrared"):
+        raise ValueError(f"pictures {pictures!r}: allowed are color and infrared")
+    unknown = [name for name in maps if name not in MAPS]
+    if unknown:
+        raise ValueError(f"maps {unknown[0]!r}: allowed are {', '.join(MAPS)}")
+
+
+def read_pair(frame: Frame, pictures: str = "color", max_disparity: Optional[float] = None, maps: Sequence[str] = ()) -> Pair:
+    """The pair of a frame; the arguments are those of ParallaxDataset."""
+    # Decoders let go of Python's lock. Threads of its own, because those of a pool don't survive a fork.
+    with ThreadPoolExecutor(2) as pool:
+        left, right = (pool.submit(frame.picture, eye, pictures) for eye in ("left", "right"))
+        disparity = frame.disparity("left")
+        valid = frame.valid("left", max_disparity, disparity)
+        others = {name: getattr(frame, name)() for name in maps}
+        return Pair(left.result(), right.result(), disparity, valid, frame, others)
+
+
 def _variant_dirs(root: Path) -> List[Path]:
     if (root / "index.jsonl").is_file():
         return [root]
@@ -215,13 +235,15 @@ def _variant_dirs(root: Path) -> List[Path]:
 
 
 def _read_variant(directory: Path) -> Iterable[Frame]:
-    with open(directory / "index.jsonl") as lines:
+    with open(directory / "index.jsonl", encoding="utf-8", errors="replace") as lines:
         for number, line in enumerate(lines, 1):
             try:
                 entry = json.loads(line)
                 yield Frame(directory / entry["path"], directory.name, int(entry["scene"]), int(entry["rig"]),
                             bool(entry.get("passed", all(v["passed"] for v in entry["filters"].values()))), entry)
             except (ValueError, KeyError, TypeError) as error:
+                if not line.endswith("\n"):
+                    return  # A copy that is still being made.
                 raise ValueError(f"{directory / 'index.jsonl'}:{number}: not a line of an index ({error!r})") from None
 
 
@@ -255,13 +277,9 @@ class ParallaxDataset:
                  filtered: bool = True, split: str = "all", max_disparity: Optional[float] = None,
                  pictures: str = "color", maps: Sequence[str] = (),
                  transform: Optional[Callable[[Pair], Any]] = None):
-        if pictures not in ("color", "infrared"):
-            raise ValueError(f"pictures {pictures!r}: allowed are color and infrared")
+        check_maps(pictures, maps)
         if split not in ("all", "train", "test"):
             raise ValueError(f"split {split!r}: allowed are all, train and test")
-        unknown = [name for name in maps if name not in MAPS]
-        if unknown:
-            raise ValueError(f"maps {unknown[0]!r}: allowed are {', '.join(MAPS)}")
         self.roots = [Path(root) for root in ([roots] if isinstance(roots, (str, os.PathLike)) else roots)]
         self.variants, self.filtered, self.split = variants, filtered, split
         self.max_disparity = max_disparity
@@ -272,8 +290,8 @@ class ParallaxDataset:
         self.refresh()
 
     def refresh(self) -> int:
-        """Reads the folders again, as far as they are: `parallax run` writes their index anew as it goes on. Returns how
-        many pairs came since the last time."""
+        """Reads the folders again, as far as they are: `parallax run` writes their index anew as it goes on. The last line of
+        an index that is still being copied may be half. Returns how many pairs came since the last time."""
         before = len(self.frames)
         self.frames = self._read()
         return len(self.frames) - before
@@ -329,14 +347,7 @@ class ParallaxDataset:
         return len(self.frames)
 
     def __getitem__(self, index: int) -> Any:
-        frame = self.frames[index]
-        # Decoders let go of Python's lock. Threads of its own, because those of a pool don't survive a fork.
-        with ThreadPoolExecutor(2) as pool:
-            left, right = (pool.submit(frame.picture, eye, self.pictures) for eye in ("left", "right"))
-            disparity = frame.disparity("left")
-            valid = frame.valid("left", self.max_disparity, disparity)
-            maps = {name: getattr(frame, name)() for name in self.maps}
-            pair = Pair(left.result(), right.result(), disparity, valid, frame, maps)
+        pair = read_pair(self.frames[index], self.pictures, self.max_disparity, self.maps)
         return pair if self.transform is None else self.transform(pair)
 
     def __iter__(self) -> Iterator:

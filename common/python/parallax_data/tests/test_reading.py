@@ -48,6 +48,20 @@ class Options(ExportsCase):
             self.assertEqual(data.refresh(), 6)
             self.assertEqual(len(data), 10)
 
+    def test_the_last_line_of_a_copy_may_be_half(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name) / "archive"
+            shutil.copytree(self.root / "archive", folder)
+            index = folder / "a" / "index.jsonl"
+            text = index.read_bytes()
+            ends = [at + 1 for at, byte in enumerate(text) if byte == 10]
+            for size, pairs in ((ends[3] + 1, 4), (ends[4] - 2, 4), (ends[4] - 1, 5), (ends[4], 5), (0, 0)):
+                index.write_bytes(text[:size])
+                self.assertEqual(len(ParallaxDataset(folder, filtered=False)), pairs, size)
+            index.write_bytes(text[:ends[3] - 20] + text[ends[3] - 1:])
+            with self.assertRaisesRegex(ValueError, "index.jsonl:4: not a line of an index"):
+                ParallaxDataset(folder)
+
     def test_points_lie_where_the_depth_says(self):
         frame = self.data.frames[0]
         where, colors = points(frame)

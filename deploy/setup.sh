@@ -23,7 +23,7 @@ readonly PACKAGES=(
   libboost-dev libeigen3-dev libembree-dev libfcl-dev libosd-dev libtbb-dev
   libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc libabsl-dev libssl-dev libcurl4-openssl-dev
   patchelf musl-tools libopencv-dev libopenexr-dev libpng-dev libjpeg62-turbo-dev libstb-dev libdraco-dev libtinygltf-dev libzstd-dev
-  libsqlite3-dev sqlite3 libtorch-dev libspdlog-dev python3-protobuf libfmt-dev libyaml-cpp-dev libexpat1-dev nlohmann-json3-dev libcli11-dev
+  libsqlite3-dev sqlite3 libtorch-dev libspdlog-dev python3-grpcio python3-protobuf libfmt-dev libyaml-cpp-dev libexpat1-dev nlohmann-json3-dev libcli11-dev
   libgtest-dev libgmock-dev zsh fish mandoc
   clang-14 libclang-rt-14-dev
 )

@@ -45,7 +45,7 @@ gcc -shared -fPIC -Os "$source/deploy/package/old_uname.c" -o "$root/repository/
 # What the wheel depends on, and the notebook.
 python3 -m pip download --quiet --disable-pip-version-check --only-binary :all: --dest "$root/dist/wheels" \
   --python-version "$(chroot "$root" python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])')" \
-  --platform manylinux2014_x86_64 --platform manylinux_2_28_x86_64 'numpy>=1.21' 'OpenEXR>=3.3' 'pillow>=9' opencv-python-headless
+  --platform manylinux2014_x86_64 --platform manylinux_2_28_x86_64 'numpy>=1.21' 'OpenEXR>=3.3' 'pillow>=9' opencv-python-headless grpcio protobuf
 echo '127.0.0.1 localhost' > "$root/etc/hosts"
 mount -t proc proc "$root/proc"
 
@@ -76,7 +76,7 @@ say "in a root without a C library: the same picture"
 rm -rf "${empty:?}/lib" "$empty/libexec"
 
 start=$(seconds)
-inside "python3 -m venv venv; venv/bin/pip install --quiet --no-index --find-links /dist/wheels /dist/parallax_stereo-$version-*.whl;
+inside "python3 -m venv venv; venv/bin/pip install --quiet --no-index --find-links /dist/wheels \"\$(echo /dist/parallax_stereo-$version-*.whl)[client]\";
   venv/bin/parallax $FIRST_PAIR --out wheel-out; cmp \$(find tar-out wheel-out -name left.png -not -path '*/.parallax/*' | sort)"
 say "wheel of $(megabytes "$root"/dist/parallax_stereo-"$version"-*.whl) MB: installed and first pair in $(since "$start") s"
 

@@ -9,6 +9,7 @@ import hashlib
 import os
 import pathlib
 import re
+import runpy
 import time
 import zipfile
 
@@ -36,6 +37,9 @@ def _start(program):
 READER_NEEDS = """Requires-Dist: numpy>=1.21
 Requires-Dist: OpenEXR>=3.3
 Requires-Dist: pillow>=9
+Provides-Extra: client
+Requires-Dist: grpcio>=1.49; extra == "client"
+Requires-Dist: protobuf>=3.20; extra == "client"
 Provides-Extra: torch
 Requires-Dist: torch>=1.10; extra == "torch"
 """
@@ -109,6 +113,7 @@ def main():
         wheel.add("parallax_stereo/__init__.py", START.encode())
         for file in files_below(args.data):
             wheel.add(f"parallax_data/{file.relative_to(args.data)}", file.read_bytes())
+        wheel.add("parallax_data/service.descriptors", runpy.run_path(str(args.data / "_messages.py"))["compiled"]())
         summary, needs = "Synthetic stereo datasets with exact ground truth, and which of them train well", READER_NEEDS
         text = without_files_beside((args.tree / "share/doc/parallax/README.md").read_text())
     else:

@@ -1,4 +1,4 @@
-"""Reads datasets that Parallax made: stereo pairs with exact disparity, for both eyes.
+"""Reads datasets that Parallax made: stereo pairs with exact disparity, for both eyes; and gives studies to a coordinator.
 
     from parallax_data import ParallaxDataset
     data = ParallaxDataset("out/quickstart")        # pairs that pass the filters
@@ -10,16 +10,22 @@
     for frames in data.sequences():                # of scenes with ways of the rig
         flow = frames[0].flow("forward", "left")   # flow.flow, flow.disparity_change, flow.occluded
 
+    from parallax_data import Client
+    client = Client()                              # $PARALLAX_COORDINATOR; see parallax_data.client
+    client.watch(client.submit("quickstart"))
+
 numpy is needed, the package OpenEXR (or an OpenCV that has OpenEXR), and OpenCV or Pillow for PNG;
-`parallax_data.torch_dataset` needs torch.
+`parallax_data.torch_dataset` needs torch, `Client` needs grpcio and protobuf.
 """
 
+from .client import Client
 from .dataset import CLEARNESS, Flow, Frame, Layers, ParallaxDataset, Pair
+from .errors import ParallaxError
 from .exr import read_depth, read_disparity, read_flow, read_normals
 from .masks import EXTERIOR, MIRROR, MIXED, SKY, TRANSPARENT, VEILED
 
 __all__ = [
-    "CLEARNESS", "Flow", "Frame", "Layers", "Pair", "ParallaxDataset", "read_depth", "read_disparity", "read_flow", "read_normals",
-    "SKY", "EXTERIOR", "TRANSPARENT", "MIRROR", "MIXED", "VEILED",
+    "CLEARNESS", "Client", "Flow", "Frame", "Layers", "Pair", "ParallaxDataset", "ParallaxError", "read_depth", "read_disparity",
+    "read_flow", "read_normals", "SKY", "EXTERIOR", "TRANSPARENT", "MIRROR", "MIXED", "VEILED",
 ]
 __version__ = "0.3.0"

@@ -17,7 +17,7 @@ from .dataset import Pair
 try:
     import cv2
 except ImportError:
-    cv2 = None
+    cv2 = None  # type: ignore[assignment]
 
 
 def _resize(picture: np.ndarray, width: int, height: int) -> np.ndarray:
@@ -73,7 +73,7 @@ class RaftAugment:
     def _jitter(picture, brightness, contrast, saturation, gamma):
         color = picture.astype(np.float32) * np.float32(brightness)
         color = (color - color.mean()) * np.float32(contrast) + color.mean()
-        grey = color @ np.float32([0.299, 0.587, 0.114])
+        grey = color @ np.array([0.299, 0.587, 0.114], np.float32)
         color = grey[..., None] + (color - grey[..., None]) * np.float32(saturation)
         color = 255 * np.power(np.clip(color, 0, 255) / 255, np.float32(gamma))
         return np.round(color).astype(np.uint8)

@@ -7,7 +7,7 @@ import numpy as np
 try:
     import cv2
 except ImportError:
-    cv2 = None
+    cv2 = None  # type: ignore[assignment]
 if cv2 is None:
     from PIL import Image
 

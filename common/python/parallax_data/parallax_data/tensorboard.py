@@ -5,7 +5,8 @@
     tensorboard --logdir runs
 
 A run for each training (set/trainer/seed-0) with its loss and errors by step, and for each evaluation of several
-checkpoints its figures. Running it again writes the files anew. For wandb and MLflow, log what `read_curves` gives.
+checkpoints its figures. Running it again writes the files anew. For wandb and MLflow, log what `read_curves` gives
+(deploy/site/docs/recipes/python.md).
 """
 import argparse
 import csv
@@ -94,7 +95,11 @@ def _points(rows):
         numbers = _numbers(row, ("step", "train_s", "elapsed_s", "eta_s", "steps"))
         if numbers and row.get("step") is not None:
             points.append((int(row["step"]), numbers, float(row.get("train_s") or row.get("elapsed_s") or 0)))
-    return points
+    return _in_order(points)
+
+
+def _in_order(points):
+    return sorted(points, key=lambda point: point[0])
 
 
 def _json_rows(path):
@@ -108,7 +113,8 @@ def _json_rows(path):
 
 
 def read_curves(path):
-    """Points by run: of a study's folder, of a training's folder with curve.csv, or of a file of JSON lines."""
+    """Points by run, in the order of steps: (step, {name: value}, seconds). Of a study's folder, of a training's folder with
+    curve.csv, or of a file of JSON lines."""
     path = pathlib.Path(path)
     if path.is_file():
         return {path.stem: _points(_json_rows(path))}
@@ -125,7 +131,7 @@ def read_curves(path):
                 run = f"{row['set']}/{row['trainer']}/seed-{row['seed']}"
                 tag = f"{row['benchmark']}/{row['metric']}".replace(" ", "_")
                 curves.setdefault(run, []).append((int(row["step"]), {tag: float(row["value"])}, 0.0))
-    return curves
+    return {run: _in_order(points) for run, points in curves.items()}
 
 
 def main(arguments=None):
@@ -139,7 +145,7 @@ def main(arguments=None):
     if not curves:
         parser.error(f"{options.source}: no curve.csv below it and no progress lines in it")
     for run, points in curves.items():
-        write_events(pathlib.Path(options.log) / run, sorted(points, key=lambda point: point[0]))
+        write_events(pathlib.Path(options.log) / run, points)
     print(f"{len(curves)} runs in {options.log}; tensorboard --logdir {options.log}")
 
 

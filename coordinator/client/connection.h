@@ -64,10 +64,14 @@ class Connection {
   absl::StatusOr<v1::GetInfoReply> GetInfo();
   absl::StatusOr<v1::ListAuditReply> ListAudit(v1::ListAuditRequest request);
 
-  // The RPCs of the service Streams; see stream.proto.
+  // The RPCs of the service Streams; see stream.proto. Errors: as all; kAlreadyExists for the name of
+  // a stream with another study.
   absl::StatusOr<v1::StreamStatus> OpenStream(const v1::StudySpec& study);
+  // Errors: as all; kNotFound for an unknown name. An empty one lists all.
   absl::StatusOr<v1::ListStreamsReply> ListStreams(const std::string& name);
+  // Errors: as all; kNotFound.
   absl::StatusOr<v1::StreamStatus> CloseStream(const std::string& name, const std::string& reason);
+  // Errors: as all; kNotFound; kOutOfRange for a position whose pairs are forgotten.
   absl::StatusOr<v1::NextPairsReply> NextPairs(const v1::NextPairsRequest& request);
 
   // Returns the coordinator's store, reached through the coordinator, for machines that do not see

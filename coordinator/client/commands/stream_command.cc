@@ -173,8 +173,8 @@ absl::StatusOr<ExitCode> Stream(StreamOptions& options, Session& session) {
   if (!is_study) {  // A stream that is open, or a built-in study.
     absl::StatusOr<v1::ListStreamsReply> open = connection->ListStreams(name);
     const std::vector<std::string> built_in = BuiltinStudies();
-    is_study = absl::IsNotFound(open.status()) &&
-               std::count(built_in.begin(), built_in.end(), name) > 0;
+    is_study =
+        absl::IsNotFound(open.status()) && std::count(built_in.begin(), built_in.end(), name) > 0;
     if (!is_study) {
       RETURN_IF_ERROR(open.status());
       reply = *std::move(open);
@@ -225,7 +225,7 @@ void RegisterStream(Registry& registry) {
   command->add_option("--ranks", options->ranks, "With --tar: readers that split the stream")
       ->check(CLI::Range(1, 65536));
   command->add_option("--most", options->most, "With --tar: end after so many pairs (0: never)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(int64_t{0}, int64_t{1'000'000'000'000}));
   CLI::Option* close =
       command->add_flag("--close", options->close,
                         "End the stream: what is being made is cancelled, and its pairs go");

@@ -225,9 +225,25 @@ absl::Status JobQueue::SetMaxRunning(StudyId study, int64_t max_running, std::st
   });
 }
 
-absl::StatusOr<int64_t> JobQueue::Retry(StudyId study, std::string_view actor) {
-  return impl_->Do("retry",
-                   [&](Machine& machine) { return machine.retries().Retry(study.value, actor); });
+absl::Status JobQueue::SetPriority(StudyId study, int priority, std::string_view reason,
+                                   std::string_view actor) {
+  return impl_->Do("priority", [&](Machine& machine) {
+    return machine.limits().SetPriority(study.value, priority, reason, actor);
+  });
+}
+
+absl::Status JobQueue::RetryJob(StudyId study, int64_t job, std::string_view reason,
+                                std::string_view actor) {
+  return impl_->Do("retry", [&](Machine& machine) {
+    return machine.retries().RetryJob(study.value, job, reason, actor);
+  });
+}
+
+absl::StatusOr<int64_t> JobQueue::Retry(StudyId study, std::string_view actor,
+                                        std::string_view reason) {
+  return impl_->Do("retry", [&](Machine& machine) {
+    return machine.retries().Retry(study.value, reason, actor);
+  });
 }
 
 absl::StatusOr<v1::ForgetReply> JobQueue::Forget(StudyId study, std::string_view reason,

@@ -204,10 +204,22 @@ class JobQueue {
   // runs goes on.
   absl::Status SetMaxRunning(StudyId study, int64_t max_running, std::string_view reason,
                              std::string_view actor);
+  // Sets the study's priority: from now on its READY jobs are leased before those of studies with a
+  // lower one. What runs goes on.
+  absl::Status SetPriority(StudyId study, int priority, std::string_view reason,
+                           std::string_view actor);
   // Gives failed and quarantined jobs a new generation as far as pairs are missing (a scene that
   // was already replaced isn't made again), and variants that gave up go on. Returns the new jobs.
   // kFailedPrecondition if cancelled, or if the user's limits allow no other unfinished study.
-  absl::StatusOr<int64_t> Retry(StudyId study, std::string_view actor);
+  absl::StatusOr<int64_t> Retry(StudyId study, std::string_view actor,
+                                std::string_view reason = "");
+  // Retries one job of the study: one that failed, was quarantined or cancelled gets a new
+  // generation, with no attempts yet; one that waits for its next attempt gets it now. A variant
+  // that gave up does not go on by it. Errors: those of Retry; kNotFound for a job of another
+  // study; kFailedPrecondition if the job has not failed, was retried before, or its scene was
+  // replaced.
+  absl::Status RetryJob(StudyId study, int64_t job, std::string_view reason,
+                        std::string_view actor);
 
   // Removes an ended study for good: its jobs, and the results that no other study uses. The study
   // disappears at once; its rows are removed in the background, and its files become litter.

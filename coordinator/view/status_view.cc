@@ -89,6 +89,7 @@ Json StudyLineJson(const v1::StudyStatus& study) {
                {"name", study.name()},
                {"state", StateName(study.state())},
                {"user", study.user()},
+               {"priority", study.priority()},
                {"running", JobsInState(study, "LEASED")},
                {"max_running", study.max_running()},
                {"at_limit", study.at_limit()},
@@ -125,6 +126,7 @@ Json UserJson(const v1::UserStatus& user) {
           {"max_studies", user.max_studies()},
           {"waiting_pairs", user.waiting_pairs()},
           {"max_waiting_pairs", user.max_waiting_pairs()},
+          {"priority", user.priority()},
           {"rule", user.rule()}};
 }
 

@@ -137,6 +137,7 @@ void PrintStudy(const Terminal& terminal, const v1::StudyStatus& study) {
   if (study.variants_size() > 1) add(terminal.Paint(Tone::kDim, "total"), CountsOf(study));
   table.Print(terminal);
   for (const std::string& line : OtherJobLines(study)) out << line << "\n";
+  if (study.priority() != 0) out << "priority " << study.priority() << "\n";
   for (const std::string& line : LimitLines(study)) out << line << "\n";
   for (const v1::WaitingJobs& jobs : study.waiting()) {
     if (jobs.reason() == "limit") continue;  // Among the lines above.

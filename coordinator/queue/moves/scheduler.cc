@@ -100,7 +100,7 @@ StudyShare Scheduler::ShareOf(Study& study, const Taker& worker) {
     study.pass = std::max(study.pass, virtual_pass_);
   }
   return {.study = study.id,
-          .priority = study.priority,
+          .priority = study.Priority(),
           .pass = study.pass,
           .waiting_s = hungry ? now - study.hungry_since_s : 0,
           .open = hungry && ready_for_it > 0 && (!study.share->IsFull() || ignored),

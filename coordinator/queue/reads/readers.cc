@@ -50,7 +50,7 @@ class Deadline {
 // ---- Studies
 constexpr char kStudyColumns[] =
     "SELECT id, name, paused, cancelled, submitted_unix_s, finished_unix_s, "
-    "archived, user, max_running FROM "
+    "archived, user, max_running, priority FROM "
     "studies ";
 
 absl::Status AddCounts(SqliteConnection& db, std::map<int64_t, v1::VariantStatus*>& variants,
@@ -162,6 +162,7 @@ absl::Status FillStudy(SqliteConnection& db, const KindRegistry& kinds, const Sq
   study.set_finished_unix_s(row.Real(5));
   study.set_user(std::string(row.Text(7)));
   study.set_max_running(static_cast<int32_t>(row.Int(8)));
+  study.set_priority(static_cast<int32_t>(row.Int(9)));
   ASSIGN_OR_RETURN(const int64_t others_lost, AddVariants(db, kinds, study, row.Int(6) != 0));
   study.set_state(StateOf(study, row.Int(2) != 0, row.Int(3) != 0, others_lost));
   return absl::OkStatus();

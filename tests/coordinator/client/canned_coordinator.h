@@ -97,8 +97,28 @@ class FakeCoordinator : public v1::Coordinator::Service {
                       v1::StudyStatus* reply) override {
     return Order("resume", *request, v1::STUDY_STATE_RUNNING, reply);
   }
-  grpc::Status Retry(grpc::ServerContext*, const v1::StudyRequest*,
+  grpc::Status SetPriority(grpc::ServerContext*, const v1::SetPriorityRequest* request,
+                           v1::StudyStatus* reply) override {
+    std::lock_guard lock(mutex_);
+    orders.push_back("priority " + std::to_string(request->study_id()) + " " +
+                     std::to_string(request->priority()) + " " + request->reason());
+    for (auto& study : studies) {
+      if (study.study_id() == request->study_id()) study.set_priority(request->priority());
+    }
+    return Find(request->study_id(), reply);
+  }
+  grpc::Status RetryJob(grpc::ServerContext*, const v1::RetryJobRequest* request,
+                        v1::RetryReply* reply) override {
+    std::lock_guard lock(mutex_);
+    orders.push_back("retry " + std::to_string(request->study_id()) + " job " +
+                     std::to_string(request->job_id()) + " " + request->reason());
+    reply->set_jobs(1);
+    return grpc::Status::OK;
+  }
+  grpc::Status Retry(grpc::ServerContext*, const v1::StudyRequest* request,
                      v1::RetryReply* reply) override {
+    std::lock_guard lock(mutex_);
+    orders.push_back("retry " + std::to_string(request->study_id()) + " " + request->reason());
     reply->set_jobs(retried_jobs);
     return grpc::Status::OK;
   }

@@ -329,6 +329,20 @@ TEST_F(CommandTest, OrdersReachTheStudyWithTheirReason) {
               ElementsAre("pause 3 lunch", "resume 3 ", "cancel 3 ", "cancel 3 "));
 }
 
+TEST_F(CommandTest, APriorityIsSetAndTold) {
+  coordinator_.studies = {Baseline()};
+  EXPECT_EQ(Run({"priority", "baseline", "10", "--reason", "deadline"}).out,
+            "study 3 (baseline) has priority 10, it had 0\n");
+  EXPECT_EQ(RunJson({"priority", "3", "-5"})["priority"], -5);
+  EXPECT_EQ(RunJson({"status", "3"})["priority"], -5);
+  EXPECT_THAT(Run({"status", "3"}).out, HasSubstr("\npriority -5\n"));
+  for (const char* bad : {"1001", "-1001", "high", "1.5"}) {
+    EXPECT_EQ(Run({"priority", "3", bad}).exit_code, kExitUsage) << bad;
+  }
+  EXPECT_EQ(Run({"priority", "3"}).exit_code, kExitUsage);
+  EXPECT_THAT(coordinator_.orders, ElementsAre("priority 3 10 deadline", "priority 3 -5 "));
+}
+
 TEST_F(CommandTest, ATextThatIsNotUtf8IsRefusedBeforeItIsSent) {
   coordinator_.studies = {Baseline()};
   Outcome outcome = Run({"pause", "3", "--reason", "gr\xfc\xdf"});
@@ -345,7 +359,12 @@ TEST_F(CommandTest, RetryCountsJobs) {
   EXPECT_THAT(Run({"retry", "3"}).out, HasSubstr("no failed jobs"));
   coordinator_.retried_jobs = 2;
   EXPECT_THAT(Run({"retry", "3"}).out, HasSubstr("2 jobs of study 3"));
-  EXPECT_EQ(RunJson({"retry", "3"})["jobs"], 2);
+  EXPECT_EQ(RunJson({"retry", "3", "--reason", "new driver"})["jobs"], 2);
+  EXPECT_EQ(Run({"retry", "3", "--job", "17", "--reason", "x"}).out,
+            "1 job of study 3 will be tried again\n");
+  EXPECT_EQ(Run({"retry", "3", "--job", "0"}).exit_code, kExitUsage);
+  EXPECT_THAT(coordinator_.orders,
+              ElementsAre("retry 3 ", "retry 3 ", "retry 3 new driver", "retry 3 job 17 x"));
 }
 
 TEST_F(CommandTest, JobsAndWorkersAreTables) {
@@ -435,13 +454,16 @@ TEST_F(CommandTest, LimitsAreShownAndSet) {
   ada.set_waiting_pairs(12345);
   ada.set_max_waiting_pairs(20000);
   ada.set_rule("submitter *");
+  ada.set_priority(20);
   v1::UserStatus local;
   local.set_user("local");
   coordinator_.users = {local, ada};
   const std::string table = Run({"limits"}).out;
-  EXPECT_THAT(table, HasSubstr("submitter ada  64 / 64        2  12,345 / 20,000  submitter *"));
+  EXPECT_THAT(table,
+              HasSubstr("submitter ada  64 / 64        2  12,345 / 20,000        20  submitter *"));
   EXPECT_THAT(table, HasSubstr("none"));
   EXPECT_EQ(RunJson({"limits"})["users"][1]["max_running"], 64);
+  EXPECT_EQ(RunJson({"limits"})["users"][1]["priority"], 20);
   EXPECT_THAT(Run({"limits", "baseline", "--max-running", "8", "--reason", "room"}).out,
               HasSubstr("at most 8"));
   EXPECT_THAT(coordinator_.orders, ElementsAre("limit 3 8 room"));

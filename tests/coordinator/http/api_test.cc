@@ -27,7 +27,8 @@ TEST_F(ApiTest, SubmittersSteerTheirOwnStudiesOnly) {
   const std::string path = "/api/v1/studies/" + std::to_string(study);
   const auto ada = TlsClient("submitter-ada"), bert = TlsClient("submitter-bert"),
              olga = TlsClient("operator-olga");
-  EXPECT_THAT(Actions(Json(*ada, path)), testing::ElementsAre("pause", "limit", "cancel"));
+  EXPECT_THAT(Actions(Json(*ada, path)),
+              testing::ElementsAre("pause", "limit", "priority", "cancel"));
   EXPECT_THAT(Actions(Json(*bert, path)), testing::IsEmpty());
   EXPECT_THAT(Actions(Json(*TlsClient("read-only-board"), path)), testing::IsEmpty());
   EXPECT_EQ(Post(*bert, path + "/pause")->status, 403);
@@ -236,6 +237,33 @@ TEST_F(ApiTest, ASubmitterLimitsItsStudyAndAllSeeIt) {
   ASSERT_EQ(users.size(), 1u);
   EXPECT_EQ(users[0]["user"], "submitter ada");
   EXPECT_EQ(users[0]["running"], 2);
+}
+
+TEST_F(ApiTest, ASubmitterRanksItsStudyAndRetriesAJobOfIt) {
+  const int64_t study = Submit({.pairs = 40}, "submitter ada ipv4:10.0.0.7:4711");
+  ServeTls();
+  const std::string path = "/api/v1/studies/" + std::to_string(study);
+  const auto ada = TlsClient("submitter-ada"), bert = TlsClient("submitter-bert");
+  EXPECT_EQ(Post(*bert, path + "/priority", R"({"priority": 2})")->status, 403);
+  EXPECT_EQ(Post(*ada, path + "/priority", R"({"priority": 101})")->status, 403);
+  for (const char* bad : {"{}", R"({"priority": -1001})", R"({"priority": 1.5})"}) {
+    EXPECT_EQ(Post(*ada, path + "/priority", bad)->status, 400) << bad;
+  }
+  EXPECT_EQ(Post(*ada, path + "/priority", R"({"priority": -2, "reason": "later"})")->status, 200);
+  EXPECT_EQ(Json(*bert, path)["priority"], -2);
+
+  const v1::Lease lease = queue_->Lease(AnyWorker("w"), 1)->at(0);
+  const std::string job = path + "/jobs/" + std::to_string(lease.attempt().job_id()) + "/retry";
+  EXPECT_EQ(Post(*bert, job, "{}")->status, 403);
+  EXPECT_EQ(Post(*ada, job, "{}")->status, 409) << "it runs";
+  EXPECT_EQ(Post(*ada, path + "/jobs/4711/retry", "{}")->status, 404);
+  v1::FailRequest failure;
+  *failure.mutable_attempt() = lease.attempt();
+  failure.set_worker("w");
+  failure.set_error("boom");
+  failure.set_retryable(true);
+  ASSERT_TRUE(queue_->Fail(failure).ok());
+  EXPECT_EQ(Post(*ada, job, "{}")->status, 200);
 }
 
 TEST_F(ApiTest, TheHistoryGoesOnOverARestart) {

@@ -420,6 +420,31 @@ absl::StatusOr<std::vector<HistorySample>> JobQueue::ListSamples(double since_un
   return impl_->readers_->ListSamples(since_unix_s);
 }
 
+// ---- Notices
+absl::StatusOr<std::vector<Notice>> JobQueue::ListNotices(int limit) {
+  const double now = impl_->options_.clock->UnixSeconds();
+  return impl_->readers_->Get(
+      0, [&](SqliteConnection& db) { return parallax::ListNotices(db, now, limit); });
+}
+absl::Status JobQueue::RaiseStalled(StudyId study) {
+  return impl_->Do("notice", [&](Machine& machine) {
+    const double now = machine.tables().Now();
+    return machine.tables().notices.Raise(study.value, kNoticeStalled, now, now);
+  });
+}
+absl::Status JobQueue::EndNotice(const Notice& notice) {
+  return impl_->Do("notice", [&](Machine& machine) {
+    Tables& tables = machine.tables();
+    return tables.notices.End(notice, tables.Now() + tables.options.notice_gather_s);
+  });
+}
+absl::Status JobQueue::DelayNotice(const Notice& notice, double delay_s) {
+  return impl_->Do("notice", [&](Machine& machine) {
+    return machine.tables().notices.Delay(notice,
+                                          machine.tables().Now() + std::min(delay_s, 3600.0));
+  });
+}
+
 // ---- Litter
 absl::StatusOr<std::vector<std::string>> JobQueue::ListLitter(double older_than_s, int limit) {
   return impl_->readers_->ListLitter(impl_->options_.clock->UnixSeconds() - older_than_s, limit);

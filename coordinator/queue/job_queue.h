@@ -37,6 +37,7 @@
 #include "coordinator/queue/commands/policy.h"
 #include "coordinator/queue/database/fail_point.h"
 #include "coordinator/queue/job_kind.h"
+#include "coordinator/queue/notice.h"
 #include "coordinator/queue/reads/farm_history.h"
 #include "coordinator/queue/ready_key.h"
 #include "coordinator/queue/stored_outputs.h"
@@ -86,6 +87,10 @@ struct JobQueueOptions {
   double archive_after_s = 30 * 86400.0;
   // Number of logs of failed attempts to keep, of at most 16 kB each, and as many of archived jobs.
   int most_logs = 1000;
+  // Receivers of notices, such as "webhook": what happens to studies is kept for each of them until
+  // it has it. Empty: nothing is kept.
+  std::vector<std::string> notice_targets;
+  double notice_gather_s = 60;  // Failures of one study within this time are one notice.
   // Opens the store of the results and returns its id. Called by Open before any command, with the
   // store that the database knows; the database keeps the id. Errors end Open. If absent, the
   // database keeps none.
@@ -321,6 +326,17 @@ class JobQueue {
   void KeepSample(const HistorySample& sample);
   // Samples since then, the oldest first.
   absl::StatusOr<std::vector<HistorySample>> ListSamples(double since_unix_s);
+
+  // ---- Notices for the operator
+  // Returns notices that are due, the longest due first, at most `limit`.
+  absl::StatusOr<std::vector<Notice>> ListNotices(int limit);
+  // Adds a notice that a study is stalled, for each target.
+  absl::Status RaiseStalled(StudyId study);
+  // Removes a notice that its receiver has, or nobody wants; it comes again if it has happened
+  // again.
+  absl::Status EndNotice(const Notice& notice);
+  // Delivers a notice again, but not before `delay_s` from now; at most an hour.
+  absl::Status DelayNotice(const Notice& notice, double delay_s);
 
   // ---- Litter: folders of the store that no result names or ever will
   // Returns paths in the store that became litter at least `older_than_s` seconds ago, the oldest

@@ -220,7 +220,12 @@ absl::Status Reports::EndAttempt(const JobRow& job, const LossUpdate& update) {
   tables_.NoteMove(*variant, job, update.state);
   --tables_.leased_now;
   if (update.state == JobState::kReady) tables_.effects.work_ready = true;
-  if (IsTerminal(update.state)) RETURN_IF_ERROR(jobs_.EnterLoss(job, *variant, update.state));
+  if (IsTerminal(update.state)) {
+    const double now = tables_.Now();
+    RETURN_IF_ERROR(jobs_.EnterLoss(job, *variant, update.state));
+    RETURN_IF_ERROR(tables_.notices.Raise(job.study, kNoticeFailed, now,
+                                          now + tables_.options.notice_gather_s));
+  }
   return jobs_.ReleaseFollowers(job.id);
 }
 

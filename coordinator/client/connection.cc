@@ -203,6 +203,11 @@ absl::StatusOr<v1::StudyStatus> Connection::Resume(int64_t study_id, const std::
                                                  MakeStudyRequest(study_id, reason));
 }
 
+absl::StatusOr<v1::StudyStatus> Connection::Comment(int64_t study_id, const std::string& text) {
+  return Call<v1::StudyRequest, v1::StudyStatus>(&v1::Coordinator::Stub::Comment,
+                                                 MakeStudyRequest(study_id, text));
+}
+
 absl::StatusOr<v1::RetryReply> Connection::Retry(int64_t study_id, const std::string& reason) {
   return Call<v1::StudyRequest, v1::RetryReply>(&v1::Coordinator::Stub::Retry,
                                                 MakeStudyRequest(study_id, reason));

@@ -53,6 +53,7 @@ Json ActionsFor(ApiParts& parts, const WebCaller& caller, const v1::StudyStatus&
   if (has_failed && study.state() != v1::STUDY_STATE_CANCELLED) actions.push_back("retry");
   if (running || paused) actions.insert(actions.end(), {"limit", "priority"});
   if (running || paused) actions.push_back("cancel");
+  actions.push_back("comment");
   if (study.finished_unix_s() > 0) actions.push_back("forget");
   return actions;
 }
@@ -255,6 +256,8 @@ void AddStudyRoutes(ApiParts& parts, std::vector<WebRoute>& routes) {
   steer("/api/v1/studies/(\\d+)/pause", "/api/v1/studies/1/pause", "Pause", &JobQueue::Pause);
   steer("/api/v1/studies/(\\d+)/resume", "/api/v1/studies/1/resume", "Resume", &JobQueue::Resume);
   steer("/api/v1/studies/(\\d+)/cancel", "/api/v1/studies/1/cancel", "Cancel", &JobQueue::Cancel);
+  steer("/api/v1/studies/(\\d+)/comment", "/api/v1/studies/1/comment", "Comment",
+        &JobQueue::Comment);
   add("POST", "/api/v1/studies/(\\d+)/limit", "/api/v1/studies/1/limit", "SetMaxRunning", Limit);
   add("POST", "/api/v1/studies/(\\d+)/priority", "/api/v1/studies/1/priority", "SetPriority",
       Priority);

@@ -218,6 +218,12 @@ absl::Status JobQueue::Resume(StudyId study, std::string_view reason, std::strin
   });
 }
 
+absl::Status JobQueue::Comment(StudyId study, std::string_view text, std::string_view actor) {
+  return impl_->Do("comment", [&](Machine& machine) {
+    return machine.studies().Comment(study.value, text, actor);
+  });
+}
+
 absl::Status JobQueue::SetMaxRunning(StudyId study, int64_t max_running, std::string_view reason,
                                      std::string_view actor) {
   return impl_->Do("limit", [&](Machine& machine) {

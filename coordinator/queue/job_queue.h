@@ -205,6 +205,8 @@ class JobQueue {
   // Pause stops new leases of a study's jobs; running attempts continue. Resume ends the pause.
   absl::Status Pause(StudyId study, std::string_view reason, std::string_view actor);
   absl::Status Resume(StudyId study, std::string_view reason, std::string_view actor);
+  // Keeps a text with the study, in the audit table. Errors: kInvalidArgument if it is empty.
+  absl::Status Comment(StudyId study, std::string_view text, std::string_view actor);
   // Bounds the number of the study's jobs that are leased at a time; 0: no limit of its own. What
   // runs goes on.
   absl::Status SetMaxRunning(StudyId study, int64_t max_running, std::string_view reason,

@@ -26,6 +26,7 @@ const std::vector<Row>& Table() {
       {"/parallax.v1.Coordinator/SetMaxRunning", {Role::kSubmitter, Role::kOperator}},
       {"/parallax.v1.Coordinator/SetPriority", {Role::kSubmitter, Role::kOperator}},
       {"/parallax.v1.Coordinator/RetryJob", {Role::kSubmitter, Role::kOperator}},
+      {"/parallax.v1.Coordinator/Comment", {Role::kSubmitter, Role::kOperator}},
       {"/parallax.v1.Coordinator/DrainWorkers", {Role::kOperator}},
       // ---- Looking
       {"/parallax.v1.Coordinator/ListStudies",

@@ -135,6 +135,12 @@ CoordinatorService::Reactor* CoordinatorService::Resume(Context* context,
   return ChangeStudy(context, request, reply, &JobQueue::Resume);
 }
 
+CoordinatorService::Reactor* CoordinatorService::Comment(Context* context,
+                                                         const v1::StudyRequest* request,
+                                                         v1::StudyStatus* reply) {
+  return ChangeStudy(context, request, reply, &JobQueue::Comment);
+}
+
 CoordinatorService::Reactor* CoordinatorService::Retry(Context* context,
                                                        const v1::StudyRequest* request,
                                                        v1::RetryReply* reply) {

@@ -115,6 +115,11 @@ Json StudyJson(const v1::StudyStatus& study) {
     }
     variants.push_back(std::move(entry));
   }
+  Json& comments = json["comments"] = Json::array();
+  for (const v1::StudyComment& comment : study.comments()) {
+    comments.push_back(
+        {{"unix_s", comment.unix_s()}, {"actor", comment.actor()}, {"text", comment.text()}});
+  }
   return json;
 }
 

@@ -1,4 +1,4 @@
-// cancel, pause, resume, priority, retry, forget: a person's hand on a study.
+// cancel, pause, resume, comment, priority, retry, forget: a person's hand on a study.
 #include <fmt/core.h>
 
 #include <nlohmann/json.hpp>
@@ -13,9 +13,9 @@ namespace {
 
 struct SteerOptions {
   std::string study;
-  std::string reason;
-  bool yes = false;  // Used by `forget`.
-  int64_t job = 0;   // Used by `retry`; 0: all failed ones.
+  std::string reason;  // Of `comment`: its text.
+  bool yes = false;    // Used by `forget`.
+  int64_t job = 0;     // Used by `retry`; 0: all failed ones.
   int priority = 0;
 };
 
@@ -39,6 +39,20 @@ absl::StatusOr<ExitCode> Steer(const SteerOptions& options, Order order, Session
                         << PaintedState(session.out(), after.state()) << ": "
                         << FormatCount(counts.done) << " of " << Plural(counts.wanted, "pair")
                         << " done\n";
+  return kExitOk;
+}
+
+absl::StatusOr<ExitCode> Comment(const SteerOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(options.study));
+  ASSIGN_OR_RETURN(const v1::StudyStatus after,
+                   connection->Comment(study.study_id(), options.reason));
+  if (session.options.json) {
+    session.PrintJson(StudyJson(after));
+  } else {
+    *session.out().stream << "study " << after.study_id() << " (" << after.name() << ") has "
+                          << Plural(after.comments_size(), "comment") << "\n";
+  }
   return kExitOk;
 }
 
@@ -117,13 +131,15 @@ absl::StatusOr<ExitCode> Forget(const SteerOptions& options, Session& session) {
 
 CLI::App* Add(Registry& registry, const std::shared_ptr<SteerOptions>& options,
               const std::string& name, const std::string& description,
-              const std::string& examples = "") {
+              const std::string& examples = "", bool with_reason = true) {
   CLI::App* command = registry.AddCommand(
       registry.app, name, description,
       examples.empty() ? "Example:\n  parallax " + name + " baseline\n" : examples);
   command->add_option("STUDY", options->study, "Id, or name (the newest of that name)")->required();
-  command->add_option("--reason", options->reason, "Kept in the coordinator's audit trail")
-      ->type_name("TEXT");
+  if (with_reason) {
+    command->add_option("--reason", options->reason, "Kept in the coordinator's audit trail")
+        ->type_name("TEXT");
+  }
   command->group(kCoordinatorCommands);
   registry.AddConnectionOptions(command);
   return command;
@@ -179,6 +195,19 @@ void RegisterSteer(Registry& registry) {
       ->check(CLI::Range(-kMaxPriority, kMaxPriority));
   registry.SetAction(command,
                      [priority](Session& session) { return SetPriority(*priority, session); });
+
+  auto comment = std::make_shared<SteerOptions>();
+  command =
+      Add(registry, comment, "comment", "Keep a text with a study, for all who see it",
+          "`parallax status STUDY` and the page show the newest 20, with who wrote them and when; "
+          "the\n"
+          "audit has all.\n"
+          "\n"
+          "Example:\n"
+          "  parallax comment baseline 'for the rebuttal; keep until March'\n",
+          /*with_reason=*/false);
+  command->add_option("TEXT", comment->reason, "One line, at most 1,000 bytes")->required();
+  registry.SetAction(command, [comment](Session& session) { return Comment(*comment, session); });
 
   auto forget = std::make_shared<SteerOptions>();
   command = Add(registry, forget, "forget",

@@ -10,3 +10,6 @@ CREATE TABLE notices (
   due_unix_s REAL NOT NULL,              -- Not before.
   UNIQUE (target, study_id, event)
 ) STRICT;
+
+-- Comments are entries of the audit; a study's are shown with it.
+CREATE INDEX comments_of_study ON audit(study_id) WHERE action = 'comment';

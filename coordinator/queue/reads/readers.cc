@@ -26,6 +26,7 @@ absl::Status FirstRow(SqliteQuery& query, const std::string& what) {
 namespace {
 
 constexpr int kProblemsShown = 10;
+constexpr int kCommentsShown = 20;
 
 // Interrupts a connection's query when its time is over.
 class Deadline {
@@ -141,6 +142,20 @@ absl::StatusOr<int64_t> AddVariants(SqliteConnection& db, const KindRegistry& ki
   return others_lost;
 }
 
+absl::Status AddComments(SqliteConnection& db, v1::StudyStatus& study) {
+  SqliteQuery query(db,
+                    "SELECT unix_s, actor, detail FROM audit WHERE study_id = ?1"
+                    " AND action = 'comment' ORDER BY id DESC LIMIT ?2",
+                    study.study_id(), kCommentsShown);
+  while (query.Next()) {
+    v1::StudyComment* comment = study.add_comments();
+    comment->set_unix_s(query.Real(0));
+    comment->set_actor(std::string(query.Text(1)));
+    comment->set_text(std::string(query.Text(2)));
+  }
+  return query.status();
+}
+
 v1::StudyState StateOf(const v1::StudyStatus& study, bool paused, bool cancelled,
                        int64_t others_lost) {
   if (cancelled) return v1::STUDY_STATE_CANCELLED;
@@ -214,6 +229,7 @@ absl::StatusOr<v1::StudyStatus> Readers::GetStudy(int64_t id) {
     SqliteQuery query(db, sql.c_str(), id);
     RETURN_IF_ERROR(FirstRow(query, fmt::format("study {}", id)));
     RETURN_IF_ERROR(FillStudy(db, kinds_, query, study));
+    RETURN_IF_ERROR(AddComments(db, study));
     SqliteQuery spec(db, "SELECT spec_z FROM studies WHERE id = ?1", id);
     if (!spec.Next()) return spec.status();
     return UnpackMessage(spec.Blob(0), *study.mutable_spec());

@@ -97,6 +97,19 @@ class FakeCoordinator : public v1::Coordinator::Service {
                       v1::StudyStatus* reply) override {
     return Order("resume", *request, v1::STUDY_STATE_RUNNING, reply);
   }
+  grpc::Status Comment(grpc::ServerContext*, const v1::StudyRequest* request,
+                       v1::StudyStatus* reply) override {
+    std::lock_guard lock(mutex_);
+    orders.push_back("comment " + std::to_string(request->study_id()));
+    for (auto& study : studies) {
+      if (study.study_id() != request->study_id()) continue;
+      v1::StudyComment* comment = study.add_comments();
+      comment->set_actor("submitter ada ipv4:10.0.0.7:4711");
+      comment->set_text(request->reason());
+      comment->set_unix_s(1.8e9);
+    }
+    return Find(request->study_id(), reply);
+  }
   grpc::Status SetPriority(grpc::ServerContext*, const v1::SetPriorityRequest* request,
                            v1::StudyStatus* reply) override {
     std::lock_guard lock(mutex_);

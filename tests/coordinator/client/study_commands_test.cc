@@ -343,6 +343,22 @@ TEST_F(CommandTest, APriorityIsSetAndTold) {
   EXPECT_THAT(coordinator_.orders, ElementsAre("priority 3 10 deadline", "priority 3 -5 "));
 }
 
+TEST_F(CommandTest, CommentsAreKeptWithTheStudy) {
+  coordinator_.studies = {Baseline()};
+  EXPECT_EQ(Run({"comment", "baseline", "keep until March"}).out,
+            "study 3 (baseline) has 1 comment\n");
+  const std::string text = Run({"status", "3"}).out;
+  EXPECT_THAT(text, HasSubstr("\ncomment of submitter ada, 2027-01-15"));
+  EXPECT_THAT(text, HasSubstr(": keep until March\n"));
+  const Json json = RunJson({"comment", "3", "and more"})["comments"];
+  ASSERT_EQ(json.size(), 2u);
+  EXPECT_EQ(json[0]["text"], "keep until March");
+  EXPECT_EQ(json[0]["actor"], "submitter ada ipv4:10.0.0.7:4711");
+  EXPECT_EQ(json[0]["unix_s"], 1.8e9);
+  EXPECT_EQ(Run({"comment", "3"}).exit_code, kExitUsage);
+  EXPECT_THAT(coordinator_.orders, ElementsAre("comment 3", "comment 3"));
+}
+
 TEST_F(CommandTest, ATextThatIsNotUtf8IsRefusedBeforeItIsSent) {
   coordinator_.studies = {Baseline()};
   Outcome outcome = Run({"pause", "3", "--reason", "gr\xfc\xdf"});

@@ -28,7 +28,7 @@ TEST_F(ApiTest, SubmittersSteerTheirOwnStudiesOnly) {
   const auto ada = TlsClient("submitter-ada"), bert = TlsClient("submitter-bert"),
              olga = TlsClient("operator-olga");
   EXPECT_THAT(Actions(Json(*ada, path)),
-              testing::ElementsAre("pause", "limit", "priority", "cancel"));
+              testing::ElementsAre("pause", "limit", "priority", "cancel", "comment"));
   EXPECT_THAT(Actions(Json(*bert, path)), testing::IsEmpty());
   EXPECT_THAT(Actions(Json(*TlsClient("read-only-board"), path)), testing::IsEmpty());
   EXPECT_EQ(Post(*bert, path + "/pause")->status, 403);
@@ -251,6 +251,10 @@ TEST_F(ApiTest, ASubmitterRanksItsStudyAndRetriesAJobOfIt) {
   }
   EXPECT_EQ(Post(*ada, path + "/priority", R"({"priority": -2, "reason": "later"})")->status, 200);
   EXPECT_EQ(Json(*bert, path)["priority"], -2);
+  EXPECT_EQ(Post(*bert, path + "/comment", R"({"reason": "mine"})")->status, 403);
+  EXPECT_EQ(Post(*ada, path + "/comment", "{}")->status, 400);
+  EXPECT_EQ(Post(*ada, path + "/comment", R"({"reason": "for March"})")->status, 200);
+  EXPECT_EQ(Json(*bert, path)["comments"][0]["text"], "for March");
 
   const v1::Lease lease = queue_->Lease(AnyWorker("w"), 1)->at(0);
   const std::string job = path + "/jobs/" + std::to_string(lease.attempt().job_id()) + "/retry";

@@ -53,6 +53,10 @@ const std::map<std::string, std::string>& Rows() {
       {"Coordinator/SetPriority", "so"},
       {"Coordinator/RetryJob", "so"},
       {"Coordinator/ListUsers", "sor"},
+      {"Coordinator/ListUsers", "sor"},
+      {"Coordinator/SetPriority", "so"},
+      {"Coordinator/RetryJob", "so"},
+      {"Coordinator/Comment", "so"},
       {"Coordinator/ListAttempts", "sor"},
       {"Coordinator/ListAudit", "o"},
       {"Coordinator/OpenPage", "sor"},
@@ -379,6 +383,37 @@ TEST_F(AccessTest, ASubmitterRaisesItsOwnStudiesAndOnlySoFar) {
   v1::RetryReply reply;
   const absl::Status not_bobs = FromGrpc(bob->RetryJob(&context, retry, &reply));
   EXPECT_THAT(std::string(not_bobs.message()), HasSubstr("was not submitted by 'bob'"));
+}
+
+TEST_F(AccessTest, ACommentIsItsStudysAndSaysWhoseItIs) {
+  const auto ada = v1::Coordinator::NewStub(Channel(Role::kSubmitter, "ada"));
+  const auto study = Submit(*ada, "one");
+  ASSERT_TRUE(study.ok()) << study.status();
+  const auto comment = [&](Role role, const std::string& name,
+                           const std::string& text) -> absl::StatusOr<v1::StudyStatus> {
+    grpc::ClientContext context;
+    SetRpcTimeout(context, seconds(20));
+    v1::StudyRequest request;
+    request.set_study_id(*study);
+    request.set_reason(text);
+    v1::StudyStatus reply;
+    const auto who = v1::Coordinator::NewStub(Channel(role, name));
+    RETURN_IF_ERROR(FromGrpc(who->Comment(&context, request, &reply)));
+    return reply;
+  };
+  EXPECT_TRUE(absl::IsPermissionDenied(comment(Role::kSubmitter, "bob", "mine").status()));
+  EXPECT_TRUE(comment(Role::kSubmitter, "ada", "for the rebuttal").ok());
+  for (const std::string& bad :
+       {std::string(), std::string(1001, 'x'), std::string("two\nlines")}) {
+    EXPECT_TRUE(absl::IsInvalidArgument(comment(Role::kOperator, "olga", bad).status())) << bad;
+  }
+  const auto commented = comment(Role::kOperator, "olga", "not before Monday");
+  ASSERT_TRUE(commented.ok()) << commented.status();
+  ASSERT_EQ(commented->comments_size(), 2);
+  EXPECT_EQ(commented->comments(0).text(), "not before Monday");
+  EXPECT_THAT(commented->comments(0).actor(), HasSubstr("operator olga "));
+  EXPECT_EQ(commented->comments(1).text(), "for the rebuttal");
+  EXPECT_GT(commented->comments(1).unix_s(), 1.7e9);
 }
 
 TEST_F(AccessTest, TheAuditSaysWhoDidWhat) {

@@ -12,6 +12,7 @@ const ACTIONS = {
   retry: { name: "Try failed jobs again" },
   limit: { name: "Limit", doing: "How many jobs may run at a time?", tells: "What runs now goes on. Nothing new begins until there is room. 0: no limit.", number: "Jobs at a time", field: "max_running", least: 0, most: 1000000 },
   priority: { name: "Priority", doing: "Which priority?", tells: "Jobs of studies with a higher one are given to workers first. What runs now goes on.", number: "Priority", field: "priority", least: -1000, most: 1000 },
+  comment: { name: "Comment", doing: "Comment on this study", tells: "All who see the study see it, with your name.", text: "Comment" },
   cancel: { name: "Cancel", doing: "Cancel this study for good?", tells: "Unfinished jobs end, running ones are stopped. Finished pairs stay. This cannot be undone.", danger: true },
   forget: { name: "Forget", doing: "Forget this study?", tells: "Its jobs, its pairs and its networks are removed, but for what other studies use. This cannot be undone.", danger: true },
 };
@@ -47,8 +48,8 @@ function Actions({ study, put }) {
       <h2 id="asks">${chosen.doing}</h2><p>${chosen.tells}</p>
       ${chosen.number && html`<label for="number">${chosen.number}</label>
       <input id="number" type="number" min=${chosen.least} max=${chosen.most} required value=${number} onInput=${(e) => setNumber(e.target.value)} autofocus />`}
-      <label for="reason">Reason, for those who wonder later</label>
-      <input id="reason" maxlength="500" value=${reason} onInput=${(e) => setReason(e.target.value)} autofocus=${!chosen.number} />
+      <label for="reason">${chosen.text || "Reason, for those who wonder later"}</label>
+      <input id="reason" maxlength="500" required=${!!chosen.text} value=${reason} onInput=${(e) => setReason(e.target.value)} autofocus=${!chosen.number} />
       <div class="buttons"><button type="button" onClick=${() => dialog.current.close()}>Back</button>
         <button class=${chosen.danger ? "danger" : "primary"} data-confirm=${asked}>${chosen.name}</button></div>
     </form>`}</dialog>`;
@@ -147,6 +148,7 @@ export function Study({ numbers: [id] }) {
     </dl>
     ${(study.causes.length > 0 || gaveUp(study).length > 0) && html`<${Card} title=${study.state === "succeeded" ? "Problems before" : "Problems"} id="problems" kind=${study.state === "succeeded" ? "" : "problem"}><${Problems} study=${study} /><//>`}
     ${study.waiting.length > 0 && html`<${Card} title="Waiting jobs" id="waiting"><${Reasons} waiting=${study.waiting} /><//>`}
+    ${study.comments.length > 0 && html`<${Card} title="Comments" id="comments">${study.comments.map((c) => html`<p key=${c.unix_s}>${c.text} <small class="soft">${c.actor}, ${moment(c.unix_s)}</small></p>`)}<//>`}
     <${Card} title="Variants" id="variants" side=${html`<a href="#/study/${id}/jobs">all jobs</a>`}><${Variants} study=${study} /><//>
     <${Card} title="Newest pairs" id="wall"><${Wall} study=${id} variants=${study.variants.map((v) => v.name)} /><//>
     ${study.trains && html`<${Card} title="Results" id="results"><${Scores} study=${study} /><${ResultTable} study=${study} /><//>`}

@@ -49,6 +49,7 @@ class FakeCoordinator : public v1::Coordinator::Service {
   std::string page_url = "http://0.0.0.0:7080/#code=abc";
   int64_t retried_jobs = 0;
   std::function<void(FakeCoordinator&)> on_get_study = [](FakeCoordinator&) {};
+  std::function<void(FakeCoordinator&)> on_list_attempts = [](FakeCoordinator&) {};
 
   // Requests that it has received.
   std::vector<v1::SubmitRequest> submitted;
@@ -144,6 +145,8 @@ class FakeCoordinator : public v1::Coordinator::Service {
   }
   grpc::Status ListAttempts(grpc::ServerContext*, const v1::ListAttemptsRequest* request,
                             v1::ListAttemptsReply* reply) override {
+    std::lock_guard lock(mutex_);
+    on_list_attempts(*this);
     if (request->job_id() != attempts.job().job_id()) {
       return {grpc::StatusCode::NOT_FOUND, "job " + std::to_string(request->job_id())};
     }

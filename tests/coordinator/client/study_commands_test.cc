@@ -533,6 +533,50 @@ TEST_F(CommandTest, LogsTellHowEachAttemptEnded) {
   EXPECT_EQ(Run({"logs", "18"}).exit_code, kExitUsage);
 }
 
+TEST_F(CommandTest, ALogIsFollowedUntilItsAttemptEnds) {
+  v1::JobStatus& job = *coordinator_.attempts.mutable_job();
+  job.set_job_id(17);
+  job.set_kind("train");
+  job.set_state("LEASED");
+  v1::AttemptStatus& attempt = *coordinator_.attempts.add_attempts();
+  attempt.mutable_attempt()->set_fence(7);
+  attempt.set_worker("w1");
+  const std::vector<std::string> tails = {"one\ntwo", "one\ntwo", "two\nthree", "nine\nten"};
+  size_t looks = 0;
+  coordinator_.on_list_attempts = [&](FakeCoordinator&) {
+    // The first look finds it running; the log comes with the later ones.
+    attempt.set_ending(looks <= tails.size() ? "running" : "failed");
+    if (looks > 0 && looks <= tails.size()) attempt.set_log_tail(tails[looks - 1]);
+    if (looks > tails.size()) {
+      attempt.set_log_tail("one\ntwo\nthree\nfour\nnine\nten\nbang");
+      attempt.set_error("INTERNAL: it burns");
+      attempt.set_unix_s(Clock::System().UnixSeconds());
+    }
+    ++looks;
+  };
+  Outcome outcome = Run({"logs", "17", "--follow"});
+  EXPECT_EQ(outcome.exit_code, kExitFailed);
+  EXPECT_THAT(outcome.out,
+              HasSubstr("one\ntwo\nthree\n...\nnine\nten\nbang\n\nfailed on w1, 0.0 s"));
+  EXPECT_THAT(outcome.out, HasSubstr("INTERNAL: it burns\n"));
+  // One that has ended is told as ever.
+  EXPECT_THAT(Run({"logs", "17", "--follow"}).out, HasSubstr("job 17 (train"));
+
+  looks = 0;
+  attempt.clear_log_tail();
+  coordinator_.on_list_attempts = [&](FakeCoordinator&) {
+    attempt.set_ending(looks < 2 ? "running" : "succeeded");
+    attempt.set_log_tail(looks < 2 ? "one" : "");
+    ++looks;
+  };
+  outcome = Run({"logs", "17", "--follow", "--json"});
+  EXPECT_EQ(outcome.exit_code, kExitOk);
+  ASSERT_EQ(Lines(outcome.out), 2);
+  const size_t end = outcome.out.find('\n');
+  EXPECT_EQ(Json::parse(outcome.out.substr(0, end))["line"], "one");
+  EXPECT_EQ(Json::parse(outcome.out.substr(end))["ending"], "succeeded");
+}
+
 TEST_F(CommandTest, WorkersAreDrainedByNameAndSeenAsDrained) {
   coordinator_.drained_workers = {"node1-1", "node1-2"};
   EXPECT_EQ(Run({"workers", "drain", "node1-*", "--reason", "new disk"}).out,

@@ -224,7 +224,8 @@ TEST_F(NotifierTest, FailedJobsAreToldWithTheirCause) {
   EXPECT_EQ(Look(), 1);
   const json notice = json::parse(receiver.bodies().at(0));
   EXPECT_EQ(notice["event"], "failed");
-  EXPECT_EQ(notice["text"], "study 1 (baseline): 2 jobs have failed; the last: no such file at line 7");
+  EXPECT_EQ(notice["text"],
+            "study 1 (baseline): 2 jobs have failed; the last: no such file at line 7");
 }
 
 TEST_F(NotifierTest, AStudyThatStandsStillIsToldOfOnceUntilItRunsAgain) {

@@ -95,19 +95,23 @@ absl::StatusOr<ExitCode> FollowAttempt(const v1::AttemptStatus& running, const L
   std::string said;
   double heard_s = SteadySeconds(*environment.clock);
   while (true) {
-    const auto reply = connection.ListAttempts(options.job);
+    const absl::StatusOr<v1::ListAttemptsReply> reply = connection.ListAttempts(options.job);
     const double now_s = SteadySeconds(*environment.clock);
     const bool away = absl::IsUnavailable(reply.status()) && now_s - heard_s < kFollowPatience_s;
     if (!reply.ok() && !away) return reply.status();
-    if (reply.ok()) heard_s = now_s;
-    for (const v1::AttemptStatus& attempt :
-         reply.ok() ? reply->attempts() : v1::ListAttemptsReply().attempts()) {
-      if (attempt.attempt().fence() != running.attempt().fence()) continue;
-      if (!attempt.log_tail().empty()) {
-        PrintLines(NewLines(said, attempt.log_tail()), session);
-        said = attempt.log_tail();
+    if (reply.ok()) {
+      heard_s = now_s;
+      bool listed = false;
+      for (const v1::AttemptStatus& attempt : reply->attempts()) {
+        if (attempt.attempt().fence() != running.attempt().fence()) continue;
+        listed = true;
+        if (!attempt.log_tail().empty()) {
+          PrintLines(NewLines(said, attempt.log_tail()), session);
+          said = attempt.log_tail();
+        }
+        if (attempt.ending() != "running") return ConcludeAttempt(attempt, session);
       }
-      if (attempt.ending() != "running") return ConcludeAttempt(attempt, session);
+      if (!listed) return NotFound("job {}: its attempt is gone", options.job);
     }
     if (interrupts.WaitFor(std::chrono::duration<double>(environment.poll_s))) {
       return kExitInterrupted;

@@ -179,7 +179,7 @@ TEST_F(ApiTest, OperatorsDrainWorkersAndForgetStudies) {
   EXPECT_TRUE(queue_->Drains()->empty());
 
   const std::string path = "/api/v1/studies/" + std::to_string(study);
-  EXPECT_THAT(Actions(Json(*olga, path)), testing::ElementsAre("forget"));
+  EXPECT_THAT(Actions(Json(*olga, path)), testing::ElementsAre("comment", "forget"));
   EXPECT_EQ(Post(*ada, path + "/forget")->status, 403);
   EXPECT_EQ(Post(*olga, path + "/forget")->status, 200);
   EXPECT_EQ(olga->Get(path)->status, 404);
@@ -302,7 +302,7 @@ TEST_F(ApiTest, TellsOfAFarmAtWork) {
   EXPECT_EQ(one["variants"][1]["name"], "wide");
   EXPECT_EQ(one["variants"][1]["pairs_done"], 4);
   EXPECT_EQ(one["variants"][0]["render_jobs"]["succeeded"], 2);
-  EXPECT_THAT(Actions(one), testing::ElementsAre("forget")) << "nothing else is left to do";
+  EXPECT_THAT(Actions(one), testing::ElementsAre("comment", "forget")) << "nothing else is left to do";
   EXPECT_EQ(client->Get("/api/v1/studies/77")->status, 404);
   EXPECT_EQ(client->Get("/api/v1/studies?limit=0")->status, 400);
   EXPECT_EQ(client->Get("/api/v1/studies/99999999999999999999")->status, 400);

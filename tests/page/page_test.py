@@ -186,7 +186,7 @@ def limits_are_shown_and_set(page, farm, shots):
     page.value("document.querySelector('#number').select()")
     page.key("7", "Digit7", "7")
     page.click("button[data-confirm=priority]")
-    page.wait("document.querySelector('.facts').innerText.includes('priority')")
+    page.wait("document.querySelector('.facts').textContent.includes('priority')")
     assert "priority 7" in farm.client("status", "large"), "the queue says otherwise"
     page.wait("!document.querySelector('#at-limit')")
     page.value("location.hash = '#/'")

@@ -165,6 +165,24 @@ void DeclareRules(CLI::App& serve, ServeOptions& options) {
                  "Don't look for the files that a result names before it is published");
 }
 
+void DeclareNotices(CLI::App& serve, ServeOptions& options) {
+  serve
+      .add_option("--notify", options.notify,
+                  "HTTP or HTTPS address that gets a POST of JSON when a study ends, stalls or has "
+                  "failed jobs; repeated until it answers 2xx")
+      ->type_name("URL");
+  serve
+      .add_option("--notify-command", options.notify_command,
+                  "Program that is run then, with the JSON as its argument; repeated until it ends "
+                  "with status 0")
+      ->type_name("PROGRAM");
+  serve
+      .add_option("--notify-stall-min", options.notify_stall_min,
+                  "Minutes after which a study with ready jobs of which none runs is stalled "
+                  "(default 30; 0: never)")
+      ->check(CLI::Range(0.0, 1e6));
+}
+
 void DeclareSecurity(CLI::App& serve, ServeOptions& options) {
   serve
       .add_option("--tls", options.tls_dir,
@@ -191,6 +209,7 @@ CLI::App* DeclareServe(CLI::App& app, CommandLine& line) {
   DeclareServeTimes(*serve, line.serve);
   DeclareRetention(*serve, line.serve);
   DeclareRules(*serve, line.serve);
+  DeclareNotices(*serve, line.serve);
   DeclareSecurity(*serve, line.serve);
   serve->add_flag("--log-json", line.log_json, "One JSON object a log line");
   serve->add_option("--log-level", line.log_level, "debug, info, warning or error (default info)");

@@ -23,6 +23,7 @@
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "coordinator/rpc/janitor.h"
+#include "coordinator/rpc/notifier.h"
 #include "coordinator/rpc/storage/store_claim.h"
 
 namespace parallax {
@@ -91,8 +92,17 @@ int WaitForSignal(const sigset_t& set) {
   return signal;
 }
 
+NotifierOptions NotifierOptionsOf(const ServeOptions& options) {
+  NotifierOptions notifier;
+  notifier.url = options.notify;
+  notifier.command = options.notify_command;
+  notifier.stall_s = options.notify_stall_min * 60;
+  return notifier;
+}
+
 JobQueueOptions QueueOptionsOf(const ServeOptions& options, const LimitRules& limits) {
   JobQueueOptions queue;
+  queue.notice_targets = NotifierOptionsOf(options).Targets();
   queue.limits = limits;
   queue.db_path = options.db;
   if (options.kinds != nullptr) queue.kinds = options.kinds;
@@ -213,6 +223,10 @@ ProgramError Serve(const ServeOptions& options) {
     if (!loaded.ok()) return {loaded.status(), kExitUsage};
     limits = *std::move(loaded);
   }
+  const NotifierOptions notify = NotifierOptionsOf(options);
+  if (const absl::Status status = CheckNotifierOptions(notify); !status.ok()) {
+    return {status, kExitUsage};
+  }
   if (ProgramError error = CheckDatabasePlace(options.db); !error.status.ok()) return error;
   absl::StatusOr<std::unique_ptr<Store>> store = Internal("not opened");
   std::optional<FilePresence> presence;
@@ -241,6 +255,8 @@ ProgramError Serve(const ServeOptions& options) {
                    .keep = {.keep_s = options.keep_days * 86400,
                             .keep_bytes = static_cast<int64_t>(options.keep_gb * 1e9)},
                    .database = options.db});
+  std::optional<Notifier> notifier;
+  if (!notify.Targets().empty()) notifier.emplace(**queue, (*server)->waits(), notify);
   std::unique_ptr<HttpServer> http;
   if (!options.http.empty()) {
     HttpServerOptions page = HttpOptionsOf(options, *security, budget->http, **store);
@@ -264,6 +280,7 @@ ProgramError Serve(const ServeOptions& options) {
                                  {"lease_s", options.lease_s}});
   const int signal = WaitForSignal(signals);
   LogInfo("coordinator stops", {{"signal", signal}});
+  notifier.reset();
   (*server)->SetPage(nullptr);
   if (http != nullptr) http->Stop();
   (*server)->Shutdown();

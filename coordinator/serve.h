@@ -37,6 +37,9 @@ struct ServeOptions {
   double scrub_days = 7;           // From the begin of a pass to that of the next one.
   double sweep_days = 7;           // Age at which unknown folders are removed; 0: never.
   double backoff_s = 5;            // Least wait before a failed job's first retry.
+  std::string notify;              // URL that notices are posted to; empty: none.
+  std::string notify_command;      // Program that notices are given to; empty: none.
+  double notify_stall_min = 30;    // Minutes without a running job that are a stall; 0: never.
   // Makes the table of results of a study for the page; null: the page shows none.
   std::function<absl::StatusOr<std::string>(JobQueue&, const Store&, int64_t study)> table;
   const KindRegistry* kinds = nullptr;  // Null: the program's own. Must outlive the call.

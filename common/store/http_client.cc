@@ -167,6 +167,7 @@ void SetConnection(CURL* curl, const HttpRequest& request) {
   curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, kConnectPatience_s);
   curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, kSlowest_bytes_per_s);
   curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, kSlowPatience_s);
+  curl_easy_setopt(curl, CURLOPT_TIMEOUT, request.most_s);
   // "Expect:" can't be left away by a header of ours: libcurl 7.88 would sign the empty line.
   curl_easy_setopt(curl, CURLOPT_EXPECT_100_TIMEOUT_MS, 200L);
 }

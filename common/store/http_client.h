@@ -37,6 +37,7 @@ struct HttpRequest {
   HttpBody body = {};                            // A POST's must be in memory.
   std::string content_type = "application/xml";  // The type of a POST's body.
   std::string sha256 = "";                       // Digest of the body; "": not known yet.
+  long most_s = 0;  // Longest time of the request and its answer; 0: as long as bytes come.
   // Gets the answer's body piece by piece, in place of HttpAnswer::body; false ends the transfer.
   std::function<bool(std::string_view piece)> receive = nullptr;
 };

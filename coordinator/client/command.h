@@ -76,7 +76,7 @@ void RegisterWatch(Registry& registry);
 void RegisterJobs(Registry& registry);
 void RegisterLogs(Registry& registry);
 void RegisterWorkers(Registry& registry);
-void RegisterSteer(Registry& registry);  // cancel, pause, resume, retry, forget
+void RegisterSteer(Registry& registry);  // cancel, pause, resume, comment, priority...
 void RegisterLimits(Registry& registry);
 void RegisterAudit(Registry& registry);
 void RegisterPage(Registry& registry);

@@ -203,9 +203,14 @@ absl::StatusOr<v1::StudyStatus> Connection::Resume(int64_t study_id, const std::
                                                  MakeStudyRequest(study_id, reason));
 }
 
-absl::StatusOr<v1::RetryReply> Connection::Retry(int64_t study_id) {
+absl::StatusOr<v1::StudyStatus> Connection::Comment(int64_t study_id, const std::string& text) {
+  return Call<v1::StudyRequest, v1::StudyStatus>(&v1::Coordinator::Stub::Comment,
+                                                 MakeStudyRequest(study_id, text));
+}
+
+absl::StatusOr<v1::RetryReply> Connection::Retry(int64_t study_id, const std::string& reason) {
   return Call<v1::StudyRequest, v1::RetryReply>(&v1::Coordinator::Stub::Retry,
-                                                MakeStudyRequest(study_id, ""));
+                                                MakeStudyRequest(study_id, reason));
 }
 
 absl::StatusOr<v1::ForgetReply> Connection::Forget(int64_t study_id, const std::string& reason) {
@@ -251,6 +256,15 @@ absl::StatusOr<v1::ListJobsReply> Connection::ListJobs(v1::ListJobsRequest reque
 absl::StatusOr<v1::StudyStatus> Connection::SetMaxRunning(const v1::SetMaxRunningRequest& request) {
   return Call<v1::SetMaxRunningRequest, v1::StudyStatus>(&v1::Coordinator::Stub::SetMaxRunning,
                                                          request);
+}
+
+absl::StatusOr<v1::StudyStatus> Connection::SetPriority(const v1::SetPriorityRequest& request) {
+  return Call<v1::SetPriorityRequest, v1::StudyStatus>(&v1::Coordinator::Stub::SetPriority,
+                                                       request);
+}
+
+absl::StatusOr<v1::RetryReply> Connection::RetryJob(const v1::RetryJobRequest& request) {
+  return Call<v1::RetryJobRequest, v1::RetryReply>(&v1::Coordinator::Stub::RetryJob, request);
 }
 
 absl::StatusOr<v1::ListUsersReply> Connection::ListUsers() {

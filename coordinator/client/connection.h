@@ -43,10 +43,13 @@ class Connection {
   absl::StatusOr<v1::StudyStatus> Cancel(int64_t study_id, const std::string& reason);
   absl::StatusOr<v1::StudyStatus> Pause(int64_t study_id, const std::string& reason);
   absl::StatusOr<v1::StudyStatus> Resume(int64_t study_id, const std::string& reason);
-  absl::StatusOr<v1::RetryReply> Retry(int64_t study_id);
+  absl::StatusOr<v1::RetryReply> Retry(int64_t study_id, const std::string& reason = "");
   absl::StatusOr<v1::ForgetReply> Forget(int64_t study_id, const std::string& reason);
+  absl::StatusOr<v1::StudyStatus> Comment(int64_t study_id, const std::string& text);
   // Errors: as all.
   absl::StatusOr<v1::StudyStatus> SetMaxRunning(const v1::SetMaxRunningRequest& request);
+  absl::StatusOr<v1::StudyStatus> SetPriority(const v1::SetPriorityRequest& request);
+  absl::StatusOr<v1::RetryReply> RetryJob(const v1::RetryJobRequest& request);
   // Errors: as all.
   absl::StatusOr<v1::ListUsersReply> ListUsers();
   absl::StatusOr<v1::ListAttemptsReply> ListAttempts(int64_t job_id);

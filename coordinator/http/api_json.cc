@@ -115,7 +115,6 @@ Json StudyPageJson(const v1::StudyStatus& study, double eta_s,
                               {"newest_unix_s", cause.newest_unix_s}});
   }
   json["trains"] = study.spec().has_train() || study.spec().has_evaluate();
-  json["priority"] = study.spec().priority();
   json["tags"] = std::vector<std::string>(study.spec().tags().begin(), study.spec().tags().end());
   json["yaml"] = study.spec().source_yaml();
   return json;

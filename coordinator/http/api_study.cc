@@ -6,6 +6,7 @@
 #include "common/base/names.h"
 #include "common/base/status.h"
 #include "common/config/check/limit_rules.h"
+#include "common/config/check/limits.h"
 #include "coordinator/http/api.h"
 #include "coordinator/http/api_json.h"
 #include "coordinator/queue/job_queue.h"
@@ -50,8 +51,9 @@ Json ActionsFor(ApiParts& parts, const WebCaller& caller, const v1::StudyStatus&
   if (running) actions.push_back("pause");
   if (paused) actions.push_back("resume");
   if (has_failed && study.state() != v1::STUDY_STATE_CANCELLED) actions.push_back("retry");
-  if (running || paused) actions.push_back("limit");
+  if (running || paused) actions.insert(actions.end(), {"limit", "priority"});
   if (running || paused) actions.push_back("cancel");
+  actions.push_back("comment");
   if (study.finished_unix_s() > 0) actions.push_back("forget");
   return actions;
 }
@@ -191,10 +193,31 @@ Reply Limit(ApiParts& parts, const WebRequest& request) {
   return StudyReply(parts, request.caller, id);
 }
 
+Reply Priority(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
+  ASSIGN_OR_RETURN(const std::string reason, TextIn(request, "reason", kMaxReasonBytes));
+  ASSIGN_OR_RETURN(const int64_t priority,
+                   WholeNumberIn(request, "priority", -kMaxPriority, kMaxPriority));
+  RETURN_IF_ERROR(CheckSteering(parts.queue, request.caller.rpc, StudyId{id}));
+  RETURN_IF_ERROR(CheckPriority(request.caller.rpc, static_cast<int>(priority)));
+  RETURN_IF_ERROR(parts.queue.SetPriority(StudyId{id}, static_cast<int>(priority), reason,
+                                          request.caller.actor));
+  return StudyReply(parts, request.caller, id);
+}
+
 Reply Retry(ApiParts& parts, const WebRequest& request) {
   ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
   RETURN_IF_ERROR(CheckSteering(parts.queue, request.caller.rpc, StudyId{id}));
   RETURN_IF_ERROR(parts.queue.Retry(StudyId{id}, request.caller.actor).status());
+  return StudyReply(parts, request.caller, id);
+}
+
+Reply RetryJob(ApiParts& parts, const WebRequest& request) {
+  ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
+  ASSIGN_OR_RETURN(const int64_t job, NumberOf(request, 1));
+  ASSIGN_OR_RETURN(const std::string reason, TextIn(request, "reason", kMaxReasonBytes));
+  RETURN_IF_ERROR(CheckSteering(parts.queue, request.caller.rpc, StudyId{id}));
+  RETURN_IF_ERROR(parts.queue.RetryJob(StudyId{id}, job, reason, request.caller.actor));
   return StudyReply(parts, request.caller, id);
 }
 
@@ -233,7 +256,13 @@ void AddStudyRoutes(ApiParts& parts, std::vector<WebRoute>& routes) {
   steer("/api/v1/studies/(\\d+)/pause", "/api/v1/studies/1/pause", "Pause", &JobQueue::Pause);
   steer("/api/v1/studies/(\\d+)/resume", "/api/v1/studies/1/resume", "Resume", &JobQueue::Resume);
   steer("/api/v1/studies/(\\d+)/cancel", "/api/v1/studies/1/cancel", "Cancel", &JobQueue::Cancel);
+  steer("/api/v1/studies/(\\d+)/comment", "/api/v1/studies/1/comment", "Comment",
+        &JobQueue::Comment);
   add("POST", "/api/v1/studies/(\\d+)/limit", "/api/v1/studies/1/limit", "SetMaxRunning", Limit);
+  add("POST", "/api/v1/studies/(\\d+)/priority", "/api/v1/studies/1/priority", "SetPriority",
+      Priority);
+  add("POST", "/api/v1/studies/(\\d+)/jobs/(\\d+)/retry", "/api/v1/studies/1/jobs/1/retry",
+      "RetryJob", RetryJob);
   add("POST", "/api/v1/studies/(\\d+)/retry", "/api/v1/studies/1/retry", "Retry", Retry);
   add("POST", "/api/v1/studies/(\\d+)/forget", "/api/v1/studies/1/forget", "Forget", Forget);
 }

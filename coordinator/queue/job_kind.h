@@ -255,6 +255,11 @@ class JobKind {
   virtual std::string LabelOf(std::string_view /*input*/) const { return ""; }
   // Returns the needs of a job with this input, beside those of the traits. By default: none.
   virtual WorkNeeds NeedsOf(std::string_view /*input*/) const { return {}; }
+  // Returns the input of the same job with a need of this memory; empty if jobs of this kind have
+  // no needs of their own. By default: empty.
+  virtual std::string WithMemory(std::string_view /*input*/, int64_t /*memory_mb*/) const {
+    return "";
+  }
   // Returns the needs that jobs of this kind in a study will have, each once; empty if it has no
   // such jobs. By default: jobs of scenes, which need nothing of their own.
   virtual std::vector<WorkNeeds> NeedsOfStudy(const v1::StudySpec& study) const;

@@ -218,6 +218,12 @@ absl::Status JobQueue::Resume(StudyId study, std::string_view reason, std::strin
   });
 }
 
+absl::Status JobQueue::Comment(StudyId study, std::string_view text, std::string_view actor) {
+  return impl_->Do("comment", [&](Machine& machine) {
+    return machine.studies().Comment(study.value, text, actor);
+  });
+}
+
 absl::Status JobQueue::SetMaxRunning(StudyId study, int64_t max_running, std::string_view reason,
                                      std::string_view actor) {
   return impl_->Do("limit", [&](Machine& machine) {
@@ -225,9 +231,25 @@ absl::Status JobQueue::SetMaxRunning(StudyId study, int64_t max_running, std::st
   });
 }
 
-absl::StatusOr<int64_t> JobQueue::Retry(StudyId study, std::string_view actor) {
-  return impl_->Do("retry",
-                   [&](Machine& machine) { return machine.retries().Retry(study.value, actor); });
+absl::Status JobQueue::SetPriority(StudyId study, int priority, std::string_view reason,
+                                   std::string_view actor) {
+  return impl_->Do("priority", [&](Machine& machine) {
+    return machine.limits().SetPriority(study.value, priority, reason, actor);
+  });
+}
+
+absl::Status JobQueue::RetryJob(StudyId study, int64_t job, std::string_view reason,
+                                std::string_view actor) {
+  return impl_->Do("retry", [&](Machine& machine) {
+    return machine.retries().RetryJob(study.value, job, reason, actor);
+  });
+}
+
+absl::StatusOr<int64_t> JobQueue::Retry(StudyId study, std::string_view actor,
+                                        std::string_view reason) {
+  return impl_->Do("retry", [&](Machine& machine) {
+    return machine.retries().Retry(study.value, reason, actor);
+  });
 }
 
 absl::StatusOr<v1::ForgetReply> JobQueue::Forget(StudyId study, std::string_view reason,
@@ -402,6 +424,31 @@ void JobQueue::KeepSample(const HistorySample& sample) {
 }
 absl::StatusOr<std::vector<HistorySample>> JobQueue::ListSamples(double since_unix_s) {
   return impl_->readers_->ListSamples(since_unix_s);
+}
+
+// ---- Notices
+absl::StatusOr<std::vector<Notice>> JobQueue::ListNotices(int limit) {
+  const double now = impl_->options_.clock->UnixSeconds();
+  return impl_->readers_->Get(
+      0, [&](SqliteConnection& db) { return parallax::ListNotices(db, now, limit); });
+}
+absl::Status JobQueue::RaiseStalled(StudyId study) {
+  return impl_->Do("notice", [&](Machine& machine) {
+    const double now = machine.tables().Now();
+    return machine.tables().notices.Raise(study.value, kNoticeStalled, now, now);
+  });
+}
+absl::Status JobQueue::EndNotice(const Notice& notice) {
+  return impl_->Do("notice", [&](Machine& machine) {
+    Tables& tables = machine.tables();
+    return tables.notices.End(notice, tables.Now() + tables.options.notice_gather_s);
+  });
+}
+absl::Status JobQueue::DelayNotice(const Notice& notice, double delay_s) {
+  return impl_->Do("notice", [&](Machine& machine) {
+    return machine.tables().notices.Delay(notice,
+                                          machine.tables().Now() + std::min(delay_s, 3600.0));
+  });
 }
 
 // ---- Litter

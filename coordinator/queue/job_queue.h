@@ -37,6 +37,7 @@
 #include "coordinator/queue/commands/policy.h"
 #include "coordinator/queue/database/fail_point.h"
 #include "coordinator/queue/job_kind.h"
+#include "coordinator/queue/notice.h"
 #include "coordinator/queue/reads/farm_history.h"
 #include "coordinator/queue/ready_key.h"
 #include "coordinator/queue/stored_outputs.h"
@@ -86,6 +87,10 @@ struct JobQueueOptions {
   double archive_after_s = 30 * 86400.0;
   // Number of logs of failed attempts to keep, of at most 16 kB each, and as many of archived jobs.
   int most_logs = 1000;
+  // Receivers of notices, such as "webhook": what happens to studies is kept for each of them until
+  // it has it. Empty: nothing is kept.
+  std::vector<std::string> notice_targets;
+  double notice_gather_s = 60;  // Failures of one study within this time are one notice.
   // Opens the store of the results and returns its id. Called by Open before any command, with the
   // store that the database knows; the database keeps the id. Errors end Open. If absent, the
   // database keeps none.
@@ -200,14 +205,28 @@ class JobQueue {
   // Pause stops new leases of a study's jobs; running attempts continue. Resume ends the pause.
   absl::Status Pause(StudyId study, std::string_view reason, std::string_view actor);
   absl::Status Resume(StudyId study, std::string_view reason, std::string_view actor);
+  // Keeps a text with the study, in the audit table. Errors: kInvalidArgument if it is empty.
+  absl::Status Comment(StudyId study, std::string_view text, std::string_view actor);
   // Bounds the number of the study's jobs that are leased at a time; 0: no limit of its own. What
   // runs goes on.
   absl::Status SetMaxRunning(StudyId study, int64_t max_running, std::string_view reason,
                              std::string_view actor);
+  // Sets the study's priority: from now on its READY jobs are leased before those of studies with a
+  // lower one. What runs goes on.
+  absl::Status SetPriority(StudyId study, int priority, std::string_view reason,
+                           std::string_view actor);
   // Gives failed and quarantined jobs a new generation as far as pairs are missing (a scene that
   // was already replaced isn't made again), and variants that gave up go on. Returns the new jobs.
   // kFailedPrecondition if cancelled, or if the user's limits allow no other unfinished study.
-  absl::StatusOr<int64_t> Retry(StudyId study, std::string_view actor);
+  absl::StatusOr<int64_t> Retry(StudyId study, std::string_view actor,
+                                std::string_view reason = "");
+  // Retries one job of the study: one that failed, was quarantined or cancelled gets a new
+  // generation, with no attempts yet; one that waits for its next attempt gets it now. A variant
+  // that gave up does not go on by it. Errors: those of Retry; kNotFound for a job of another
+  // study; kFailedPrecondition if the job has not failed, was retried before, or its scene was
+  // replaced.
+  absl::Status RetryJob(StudyId study, int64_t job, std::string_view reason,
+                        std::string_view actor);
 
   // Removes an ended study for good: its jobs, and the results that no other study uses. The study
   // disappears at once; its rows are removed in the background, and its files become litter.
@@ -309,6 +328,17 @@ class JobQueue {
   void KeepSample(const HistorySample& sample);
   // Samples since then, the oldest first.
   absl::StatusOr<std::vector<HistorySample>> ListSamples(double since_unix_s);
+
+  // ---- Notices for the operator
+  // Returns notices that are due, the longest due first, at most `limit`.
+  absl::StatusOr<std::vector<Notice>> ListNotices(int limit);
+  // Adds a notice that a study is stalled, for each target.
+  absl::Status RaiseStalled(StudyId study);
+  // Removes a notice that its receiver has, or nobody wants; it comes again if it has happened
+  // again.
+  absl::Status EndNotice(const Notice& notice);
+  // Delivers a notice again, but not before `delay_s` from now; at most an hour.
+  absl::Status DelayNotice(const Notice& notice, double delay_s);
 
   // ---- Litter: folders of the store that no result names or ever will
   // Returns paths in the store that became litter at least `older_than_s` seconds ago, the oldest

@@ -24,6 +24,9 @@ const std::vector<Row>& Table() {
       {"/parallax.v1.Coordinator/Retry", {Role::kSubmitter, Role::kOperator}},
       {"/parallax.v1.Coordinator/Forget", {Role::kSubmitter, Role::kOperator}},
       {"/parallax.v1.Coordinator/SetMaxRunning", {Role::kSubmitter, Role::kOperator}},
+      {"/parallax.v1.Coordinator/SetPriority", {Role::kSubmitter, Role::kOperator}},
+      {"/parallax.v1.Coordinator/RetryJob", {Role::kSubmitter, Role::kOperator}},
+      {"/parallax.v1.Coordinator/Comment", {Role::kSubmitter, Role::kOperator}},
       {"/parallax.v1.Coordinator/DrainWorkers", {Role::kOperator}},
       // ---- Looking
       {"/parallax.v1.Coordinator/ListStudies",

@@ -59,6 +59,9 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   Reactor* Retry(Context*, const v1::StudyRequest*, v1::RetryReply*) override;
   Reactor* Forget(Context*, const v1::StudyRequest*, v1::ForgetReply*) override;
   Reactor* SetMaxRunning(Context*, const v1::SetMaxRunningRequest*, v1::StudyStatus*) override;
+  Reactor* SetPriority(Context*, const v1::SetPriorityRequest*, v1::StudyStatus*) override;
+  Reactor* Comment(Context*, const v1::StudyRequest*, v1::StudyStatus*) override;
+  Reactor* RetryJob(Context*, const v1::RetryJobRequest*, v1::RetryReply*) override;
   Reactor* ListUsers(Context*, const v1::ListUsersRequest*, v1::ListUsersReply*) override;
   Reactor* ListAttempts(Context*, const v1::ListAttemptsRequest*, v1::ListAttemptsReply*) override;
   Reactor* DrainWorkers(Context*, const v1::DrainWorkersRequest*, v1::DrainWorkersReply*) override;

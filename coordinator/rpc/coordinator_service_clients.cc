@@ -49,6 +49,7 @@ CoordinatorService::Reactor* CoordinatorService::Submit(Context* context,
   return ForClient(context, absl::OkStatus(), [this, context, request, reply]() -> absl::Status {
     RETURN_IF_ERROR(CheckStore());
     RETURN_IF_ERROR(CheckSubmit(*request));
+    RETURN_IF_ERROR(CheckPriority(CallerOf(*context), request->study().priority()));
     v1::SubmitRequest resolved = *request;
     ResolveTraining(resolved.mutable_study());
     if (content_ != nullptr) RETURN_IF_ERROR(content_->CheckStudy(*resolved.mutable_study()));
@@ -134,14 +135,20 @@ CoordinatorService::Reactor* CoordinatorService::Resume(Context* context,
   return ChangeStudy(context, request, reply, &JobQueue::Resume);
 }
 
+CoordinatorService::Reactor* CoordinatorService::Comment(Context* context,
+                                                         const v1::StudyRequest* request,
+                                                         v1::StudyStatus* reply) {
+  return ChangeStudy(context, request, reply, &JobQueue::Comment);
+}
+
 CoordinatorService::Reactor* CoordinatorService::Retry(Context* context,
                                                        const v1::StudyRequest* request,
                                                        v1::RetryReply* reply) {
   const absl::Status status = CheckStudyChange(*request);
   return ForClient(context, status, [this, context, request, reply]() -> absl::Status {
     RETURN_IF_ERROR(CheckSteering(queue_, CallerOf(*context), StudyId{request->study_id()}));
-    ASSIGN_OR_RETURN(const int64_t jobs,
-                     queue_.Retry(StudyId{request->study_id()}, ActorOf(*context)));
+    ASSIGN_OR_RETURN(const int64_t jobs, queue_.Retry(StudyId{request->study_id()},
+                                                      ActorOf(*context), request->reason()));
     reply->set_jobs(jobs);
     return absl::OkStatus();
   });
@@ -169,6 +176,34 @@ CoordinatorService::Reactor* CoordinatorService::SetMaxRunning(
     RETURN_IF_ERROR(
         queue_.SetMaxRunning(study, request->max_running(), request->reason(), ActorOf(*context)));
     return GetStudyTo(study, reply);
+  });
+}
+
+CoordinatorService::Reactor* CoordinatorService::SetPriority(Context* context,
+                                                             const v1::SetPriorityRequest* request,
+                                                             v1::StudyStatus* reply) {
+  const absl::Status status = CheckSetPriority(*request);
+  return ForClient(context, status, [this, context, request, reply]() -> absl::Status {
+    const StudyId study{request->study_id()};
+    RETURN_IF_ERROR(CheckSteering(queue_, CallerOf(*context), study));
+    RETURN_IF_ERROR(CheckPriority(CallerOf(*context), request->priority()));
+    RETURN_IF_ERROR(
+        queue_.SetPriority(study, request->priority(), request->reason(), ActorOf(*context)));
+    return GetStudyTo(study, reply);
+  });
+}
+
+CoordinatorService::Reactor* CoordinatorService::RetryJob(Context* context,
+                                                          const v1::RetryJobRequest* request,
+                                                          v1::RetryReply* reply) {
+  const absl::Status status = CheckRetryJob(*request);
+  return ForClient(context, status, [this, context, request, reply]() -> absl::Status {
+    const StudyId study{request->study_id()};
+    RETURN_IF_ERROR(CheckSteering(queue_, CallerOf(*context), study));
+    RETURN_IF_ERROR(
+        queue_.RetryJob(study, request->job_id(), request->reason(), ActorOf(*context)));
+    reply->set_jobs(1);
+    return absl::OkStatus();
   });
 }
 

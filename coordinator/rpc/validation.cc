@@ -189,6 +189,18 @@ absl::Status CheckSetMaxRunning(const v1::SetMaxRunningRequest& request) {
   return CheckPlainText("reason", request.reason(), kMaxReasonBytes);
 }
 
+absl::Status CheckSetPriority(const v1::SetPriorityRequest& request) {
+  RETURN_IF_ERROR(CheckStudyId(request.study_id()));
+  RETURN_IF_ERROR(CheckRange("priority", request.priority(), -kMaxPriority, kMaxPriority));
+  return CheckPlainText("reason", request.reason(), kMaxReasonBytes);
+}
+
+absl::Status CheckRetryJob(const v1::RetryJobRequest& request) {
+  RETURN_IF_ERROR(CheckStudyId(request.study_id()));
+  RETURN_IF_ERROR(CheckJobId(request.job_id()));
+  return CheckPlainText("reason", request.reason(), kMaxReasonBytes);
+}
+
 absl::Status CheckJobId(int64_t job_id) {
   if (job_id > 0) return absl::OkStatus();
   return InvalidArgument("job id {}: ids start at 1", job_id);

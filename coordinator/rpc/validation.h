@@ -30,6 +30,8 @@ absl::Status CheckStudyId(int64_t study_id);
 // Checks a pause, cancel, resume or retry: id and reason.
 absl::Status CheckStudyChange(const v1::StudyRequest& request);
 absl::Status CheckSetMaxRunning(const v1::SetMaxRunningRequest& request);
+absl::Status CheckSetPriority(const v1::SetPriorityRequest& request);
+absl::Status CheckRetryJob(const v1::RetryJobRequest& request);
 absl::Status CheckJobId(int64_t job_id);
 // Checks the pattern of workers' names, in which * stands for any characters and ? for one, and the
 // reason.

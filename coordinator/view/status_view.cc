@@ -89,6 +89,7 @@ Json StudyLineJson(const v1::StudyStatus& study) {
                {"name", study.name()},
                {"state", StateName(study.state())},
                {"user", study.user()},
+               {"priority", study.priority()},
                {"running", JobsInState(study, "LEASED")},
                {"max_running", study.max_running()},
                {"at_limit", study.at_limit()},
@@ -114,6 +115,11 @@ Json StudyJson(const v1::StudyStatus& study) {
     }
     variants.push_back(std::move(entry));
   }
+  Json& comments = json["comments"] = Json::array();
+  for (const v1::StudyComment& comment : study.comments()) {
+    comments.push_back(
+        {{"unix_s", comment.unix_s()}, {"actor", comment.actor()}, {"text", comment.text()}});
+  }
   return json;
 }
 
@@ -125,6 +131,7 @@ Json UserJson(const v1::UserStatus& user) {
           {"max_studies", user.max_studies()},
           {"waiting_pairs", user.waiting_pairs()},
           {"max_waiting_pairs", user.max_waiting_pairs()},
+          {"priority", user.priority()},
           {"rule", user.rule()}};
 }
 

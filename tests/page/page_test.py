@@ -181,6 +181,13 @@ def limits_are_shown_and_set(page, farm, shots):
     assert "at most 1 job at a time" in farm.client("status", "large"), "the queue says otherwise"
     assert "operator olga" in farm.client("limits")
     farm.client("limits", "large", "--max-running", "0")
+    page.click("button[data-action=priority]")
+    page.wait("document.querySelector('dialog').open && document.activeElement.id === 'number'")
+    page.value("document.querySelector('#number').select()")
+    page.key("7", "Digit7", "7")
+    page.click("button[data-confirm=priority]")
+    page.wait("document.querySelector('.facts').textContent.includes('priority')")
+    assert "priority 7" in farm.client("status", "large"), "the queue says otherwise"
     page.wait("!document.querySelector('#at-limit')")
     page.value("location.hash = '#/'")
     page.wait("!!document.querySelector('#users')")

@@ -6,6 +6,7 @@
 
 #include "common/base/names.h"
 #include "common/base/system/file.h"
+#include "common/config/check/limits.h"
 #include "common/config/yaml/yaml_document.h"
 #include "common/config/yaml/yaml_values.h"
 
@@ -23,10 +24,14 @@ constexpr char kEverybody[] = "*";
 struct LimitField {
   const char* name;
   int64_t UserLimits::*value;
+  int64_t least = 0;
+  int64_t most = kMostLimit;
 };
-constexpr LimitField kLimitFields[] = {{"max_running", &UserLimits::max_running},
-                                       {"max_studies", &UserLimits::max_studies},
-                                       {"max_waiting_pairs", &UserLimits::max_waiting_pairs}};
+constexpr LimitField kLimitFields[] = {
+    {"max_running", &UserLimits::max_running},
+    {"max_studies", &UserLimits::max_studies},
+    {"max_waiting_pairs", &UserLimits::max_waiting_pairs},
+    {"priority", &UserLimits::priority, -kMaxPriority, kMaxPriority}};
 
 // "ROLE NAME", "ROLE *", "*" or "local".
 bool IsUserPattern(const std::string& text) {
@@ -50,7 +55,7 @@ void ReadLimits(YamlValues& reader, const YAML::Node& node, const std::string& p
       reader.UnknownField(value, path, name, known);
       continue;
     }
-    const auto number = reader.ReadInt(value, path + "." + name, 0, kMostLimit);
+    const auto number = reader.ReadInt(value, path + "." + name, field->least, field->most);
     if (number) limits.*(field->value) = *number;
   }
 }

@@ -3,13 +3,14 @@
 //
 //   default: {max_running: 200, max_studies: 20, max_waiting_pairs: 1000000}
 //   users:
-//     submitter ada: {max_running: 64}      # this user
+//     submitter ada: {max_running: 64, priority: 10}   # this user
 //     submitter *: {max_studies: 4}         # each submitter without a row of its own
 //     "*": {max_running: 8}                 # everybody else
 //
 // A user is role and name of a certificate, or `local` for callers without one. Each user's limits
 // are for itself: two users of one row have it twice. A field that a row does not name is that of
-// `default`; 0, and a field that neither names, is no limit.
+// `default`; 0, and a field that neither names, is no limit. `priority` is added to the priority of
+// each of the user's studies.
 //
 // Values; pure and thread-safe.
 #pragma once
@@ -35,6 +36,7 @@ struct UserLimits {
   int64_t max_studies = 0;        // Unfinished ones.
   int64_t max_waiting_pairs = 0;  // Pairs of unfinished studies that are not made yet.
   std::string rule;               // The row's key in the file: "submitter *"; empty: no row's.
+  int64_t priority = 0;           // Added to those of its studies; [-1000, 1000].
 };
 
 // Returns how much a limit of `most` leaves beside `has`: 0 if the limit is reached, the largest

@@ -16,6 +16,8 @@ inline constexpr int kMaxVariants = 1000;
 inline constexpr int64_t kMaxPairs = 100'000'000;  // Pairs of one variant.
 inline constexpr int kMaxRigsPerScene = 1000;
 inline constexpr int kMaxPriority = 1000;  // Priorities are in [-1000, 1000].
+// The highest priority that a submitter gives its own studies; an operator may give more.
+inline constexpr int kMostOwnPriority = 100;
 inline constexpr int64_t kMaxMemoryMb = int64_t{1} << 30;
 inline constexpr int kMaxTags = 64;
 inline constexpr int kMaxSlots = 1024;

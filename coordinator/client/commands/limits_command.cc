@@ -42,12 +42,14 @@ absl::StatusOr<ExitCode> ShowUsers(Session& session) {
                {"RUNNING", Align::kRight},
                {"STUDIES", Align::kRight},
                {"PAIRS WAITING", Align::kRight},
+               {"PRIORITY", Align::kRight},
                {"LIMITS OF"}});
   for (const v1::UserStatus& user : reply.users()) {
     const bool none = user.max_running() + user.max_studies() + user.max_waiting_pairs() == 0;
     table.AddRow({user.user(), OfMost(session.out(), user.running(), user.max_running()),
                   OfMost(session.out(), user.studies(), user.max_studies()),
                   OfMost(session.out(), user.waiting_pairs(), user.max_waiting_pairs()),
+                  FormatCount(user.priority()),
                   none                  ? "none"
                   : user.rule().empty() ? "default"
                                         : user.rule()});

@@ -1,4 +1,4 @@
-// logs: how a job's attempts ended, and what the failed ones said last.
+// logs: how a job's attempts ended, what the failed ones said last, and what the running one says.
 #include <fmt/core.h>
 
 #include <nlohmann/json.hpp>
@@ -6,6 +6,8 @@
 
 #include "common/base/system/clock.h"
 #include "coordinator/client/command.h"
+#include "coordinator/client/interrupt.h"
+#include "coordinator/client/runs/follow.h"
 #include "coordinator/client/views/study_view.h"
 #include "coordinator/client/views/text.h"
 
@@ -14,7 +16,11 @@ namespace {
 
 struct LogsOptions {
   int64_t job = 0;
+  bool follow = false;
 };
+
+// A coordinator that restarts is back within this.
+constexpr double kFollowPatience_s = 60;
 
 Tone EndingTone(const std::string& ending) {
   if (ending == "succeeded") return Tone::kGood;
@@ -42,7 +48,7 @@ std::string JobName(const v1::JobStatus& job) {
   return fmt::format("job {} ({} {})", job.job_id(), job.kind(), of);
 }
 
-void PrintAttempt(const v1::AttemptStatus& attempt, double now_unix_s, const Session& session) {
+void PrintEnding(const v1::AttemptStatus& attempt, double now_unix_s, const Session& session) {
   std::ostream& out = *session.out().stream;
   out << "\n" << session.out().Paint(EndingTone(attempt.ending()), WordsOf(attempt.ending()));
   if (!attempt.worker().empty()) out << " on " << attempt.worker();
@@ -51,14 +57,76 @@ void PrintAttempt(const v1::AttemptStatus& attempt, double now_unix_s, const Ses
   }
   if (!attempt.error().empty()) out << ": " << FirstLine(attempt.error());
   out << "\n";
+}
+
+void PrintAttempt(const v1::AttemptStatus& attempt, double now_unix_s, const Session& session) {
+  PrintEnding(attempt, now_unix_s, session);
+  std::ostream& out = *session.out().stream;
   std::istringstream lines(attempt.log_tail());
   for (std::string line; std::getline(lines, line);) out << "  " << line << "\n";
   if (attempt.ending() == "failed" && attempt.log_tail().empty()) out << "  (its log is gone)\n";
 }
 
+void PrintLines(const std::vector<std::string>& lines, const Session& session) {
+  for (const std::string& line : lines) {
+    if (session.options.json) {
+      session.PrintJson({{"line", line}}, /*one_line=*/true);
+    } else {
+      *session.out().stream << line << "\n";
+    }
+  }
+  *session.out().stream << std::flush;
+}
+
+ExitCode ConcludeAttempt(const v1::AttemptStatus& attempt, const Session& session) {
+  if (session.options.json) {
+    session.PrintJson(AttemptJson(attempt), /*one_line=*/true);
+  } else {
+    PrintEnding(attempt, session.environment.clock->UnixSeconds(), session);
+  }
+  return attempt.ending() == "succeeded" ? kExitOk : kExitFailed;
+}
+
+// Prints what the attempt that runs says, until it ends.
+absl::StatusOr<ExitCode> FollowAttempt(const v1::AttemptStatus& running, const LogsOptions& options,
+                                       Connection& connection, Session& session) {
+  const Environment& environment = session.environment;
+  InterruptScope interrupts;
+  std::string said;
+  double heard_s = SteadySeconds(*environment.clock);
+  while (true) {
+    const absl::StatusOr<v1::ListAttemptsReply> reply = connection.ListAttempts(options.job);
+    const double now_s = SteadySeconds(*environment.clock);
+    const bool away = absl::IsUnavailable(reply.status()) && now_s - heard_s < kFollowPatience_s;
+    if (!reply.ok() && !away) return reply.status();
+    if (reply.ok()) {
+      heard_s = now_s;
+      bool listed = false;
+      for (const v1::AttemptStatus& attempt : reply->attempts()) {
+        if (attempt.attempt().fence() != running.attempt().fence()) continue;
+        listed = true;
+        if (!attempt.log_tail().empty()) {
+          PrintLines(NewLines(said, attempt.log_tail()), session);
+          said = attempt.log_tail();
+        }
+        if (attempt.ending() != "running") return ConcludeAttempt(attempt, session);
+      }
+      if (!listed) return NotFound("job {}: its attempt is gone", options.job);
+    }
+    if (interrupts.WaitFor(std::chrono::duration<double>(environment.poll_s))) {
+      return kExitInterrupted;
+    }
+  }
+}
+
 absl::StatusOr<ExitCode> Logs(const LogsOptions& options, Session& session) {
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
   ASSIGN_OR_RETURN(const v1::ListAttemptsReply reply, connection->ListAttempts(options.job));
+  for (const v1::AttemptStatus& attempt : reply.attempts()) {
+    if (options.follow && attempt.ending() == "running") {
+      return FollowAttempt(attempt, options, *connection, session);
+    }
+  }
   if (session.options.json) {
     nlohmann::ordered_json json = {{"job_id", reply.job().job_id()},
                                    {"kind", reply.job().kind()},
@@ -91,15 +159,22 @@ void RegisterLogs(Registry& registry) {
       registry.app, "logs", "How a job's attempts ended, with the last lines of those that failed",
       "`parallax jobs STUDY` lists the numbers of jobs. Of each failed attempt the last 200 lines\n"
       "are kept (at most 16 kB; the newest 1,000 logs of a coordinator); a worker that was killed\n"
-      "has sent none.\n"
+      "has sent none. Of a running attempt the last lines are shown, at most 2 kB; --follow "
+      "prints\n"
+      "new ones as they come, until it ends: exit status 0 if it has succeeded, else 1. With "
+      "--json\n"
+      "each line is an object, and the last one is the attempt.\n"
       "\n"
       "Examples:\n"
       "  parallax logs 4711\n"
+      "  parallax logs 4711 --follow\n"
       "  parallax logs 4711 --json | jq -r '.attempts[0].log_tail'\n");
   auto options = std::make_shared<LogsOptions>();
   command->add_option("JOB", options->job, "The job's number")
       ->required()
       ->check(CLI::Range(int64_t{1}, INT64_MAX));
+  command->add_flag("--follow", options->follow,
+                    "Print new lines of the attempt that runs until it ends");
   command->group(kCoordinatorCommands);
   registry.AddConnectionOptions(command);
   registry.SetAction(command, [options](Session& session) { return Logs(*options, session); });

@@ -1,8 +1,9 @@
-// cancel, pause, resume, retry, forget: a person's hand on a study.
+// cancel, pause, resume, comment, priority, retry, forget: a person's hand on a study.
 #include <fmt/core.h>
 
 #include <nlohmann/json.hpp>
 
+#include "common/config/check/limits.h"
 #include "coordinator/client/command.h"
 #include "coordinator/client/views/study_view.h"
 #include "coordinator/client/views/text.h"
@@ -12,8 +13,10 @@ namespace {
 
 struct SteerOptions {
   std::string study;
-  std::string reason;
-  bool yes = false;  // Used by `forget`.
+  std::string reason;  // Of `comment`: its text.
+  bool yes = false;    // Used by `forget`.
+  int64_t job = 0;     // Used by `retry`; 0: all failed ones.
+  int priority = 0;
 };
 
 using Order = absl::StatusOr<v1::StudyStatus> (Connection::*)(int64_t, const std::string&);
@@ -39,10 +42,51 @@ absl::StatusOr<ExitCode> Steer(const SteerOptions& options, Order order, Session
   return kExitOk;
 }
 
+absl::StatusOr<ExitCode> Comment(const SteerOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(options.study));
+  ASSIGN_OR_RETURN(const v1::StudyStatus after,
+                   connection->Comment(study.study_id(), options.reason));
+  if (session.options.json) {
+    session.PrintJson(StudyJson(after));
+  } else {
+    *session.out().stream << "study " << after.study_id() << " (" << after.name() << ") has "
+                          << Plural(after.comments_size(), "comment") << "\n";
+  }
+  return kExitOk;
+}
+
+absl::StatusOr<ExitCode> SetPriority(const SteerOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(const auto connection, session.Connect());
+  ASSIGN_OR_RETURN(const v1::StudyStatus before, connection->FindStudy(options.study));
+  v1::SetPriorityRequest request;
+  request.set_study_id(before.study_id());
+  request.set_priority(options.priority);
+  request.set_reason(options.reason);
+  ASSIGN_OR_RETURN(const v1::StudyStatus after, connection->SetPriority(request));
+  if (session.options.json) {
+    session.PrintJson(StudyJson(after));
+  } else {
+    *session.out().stream << "study " << after.study_id() << " (" << after.name()
+                          << ") has priority " << after.priority() << ", it had "
+                          << before.priority() << "\n";
+  }
+  return kExitOk;
+}
+
 absl::StatusOr<ExitCode> Retry(const SteerOptions& options, Session& session) {
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
   ASSIGN_OR_RETURN(const v1::StudyStatus study, connection->FindStudy(options.study));
-  ASSIGN_OR_RETURN(const v1::RetryReply reply, connection->Retry(study.study_id()));
+  v1::RetryReply reply;
+  if (options.job > 0) {
+    v1::RetryJobRequest request;
+    request.set_study_id(study.study_id());
+    request.set_job_id(options.job);
+    request.set_reason(options.reason);
+    ASSIGN_OR_RETURN(reply, connection->RetryJob(request));
+  } else {
+    ASSIGN_OR_RETURN(reply, connection->Retry(study.study_id(), options.reason));
+  }
   if (session.options.json) {
     session.PrintJson({{"study_id", study.study_id()}, {"jobs", reply.jobs()}});
   } else if (reply.jobs() == 0) {
@@ -86,9 +130,11 @@ absl::StatusOr<ExitCode> Forget(const SteerOptions& options, Session& session) {
 }
 
 CLI::App* Add(Registry& registry, const std::shared_ptr<SteerOptions>& options,
-              const std::string& name, const std::string& description, bool with_reason) {
-  CLI::App* command = registry.AddCommand(registry.app, name, description,
-                                          "Example:\n  parallax " + name + " baseline\n");
+              const std::string& name, const std::string& description,
+              const std::string& examples = "", bool with_reason = true) {
+  CLI::App* command = registry.AddCommand(
+      registry.app, name, description,
+      examples.empty() ? "Example:\n  parallax " + name + " baseline\n" : examples);
   command->add_option("STUDY", options->study, "Id, or name (the newest of that name)")->required();
   if (with_reason) {
     command->add_option("--reason", options->reason, "Kept in the coordinator's audit trail")
@@ -113,19 +159,59 @@ void RegisterSteer(Registry& registry) {
   };
   for (const auto& entry : orders) {
     auto options = std::make_shared<SteerOptions>();
-    CLI::App* command = Add(registry, options, entry.name, entry.description, true);
+    CLI::App* command = Add(registry, options, entry.name, entry.description);
     registry.SetAction(command, [options, order = entry.order](Session& session) {
       return Steer(*options, order, session);
     });
   }
   auto options = std::make_shared<SteerOptions>();
-  CLI::App* command =
-      Add(registry, options, "retry", "Try a study's failed and quarantined jobs again", false);
+  CLI::App* command = Add(
+      registry, options, "retry", "Try a study's failed and quarantined jobs again",
+      "A job that is tried again has no attempts behind it. One that waits for its next attempt\n"
+      "(`--job`) gets it now.\n"
+      "\n"
+      "Examples:\n"
+      "  parallax retry baseline\n"
+      "  parallax retry baseline --job 4711 --reason 'new driver'\n");
+  command->add_option("--job", options->job, "Try only this job again (`parallax jobs STUDY`)")
+      ->check(CLI::Range(int64_t{1}, INT64_MAX))
+      ->type_name("ID");
   registry.SetAction(command, [options](Session& session) { return Retry(*options, session); });
+
+  auto priority = std::make_shared<SteerOptions>();
+  command =
+      Add(registry, priority, "priority", "Set which study's jobs run first",
+          "Jobs of studies with a higher priority run first, from now on; what runs goes on. "
+          "Submitters\n"
+          "give their own studies up to 100, operators up to 1000. A user's own priority (the "
+          "operator's\n"
+          "`limits` file) is added.\n"
+          "\n"
+          "Examples:\n"
+          "  parallax priority baseline 10 --reason deadline\n"
+          "  parallax priority baseline -5\n");
+  command->add_option("N", priority->priority, "From -1000 to 1000; 0 at first")
+      ->required()
+      ->check(CLI::Range(-kMaxPriority, kMaxPriority));
+  registry.SetAction(command,
+                     [priority](Session& session) { return SetPriority(*priority, session); });
+
+  auto comment = std::make_shared<SteerOptions>();
+  command =
+      Add(registry, comment, "comment", "Keep a text with a study, for all who see it",
+          "`parallax status STUDY` and the page show the newest 20, with who wrote them and when; "
+          "the\n"
+          "audit has all.\n"
+          "\n"
+          "Example:\n"
+          "  parallax comment baseline 'for the rebuttal; keep until March'\n",
+          /*with_reason=*/false);
+  command->add_option("TEXT", comment->reason, "One line, at most 1,000 bytes")->required();
+  registry.SetAction(command, [comment](Session& session) { return Comment(*comment, session); });
 
   auto forget = std::make_shared<SteerOptions>();
   command = Add(registry, forget, "forget",
-                "Remove an ended study: jobs, pairs and networks that no other study uses", true);
+                "Remove an ended study: jobs, pairs and networks that no other study uses");
   command->add_flag("--yes", forget->yes, "Do not ask");
   registry.SetAction(command, [forget](Session& session) { return Forget(*forget, session); });
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "common/config/check/limit_rules.h"
 #include "coordinator/client/views/progress.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
@@ -137,11 +138,16 @@ void PrintStudy(const Terminal& terminal, const v1::StudyStatus& study) {
   if (study.variants_size() > 1) add(terminal.Paint(Tone::kDim, "total"), CountsOf(study));
   table.Print(terminal);
   for (const std::string& line : OtherJobLines(study)) out << line << "\n";
+  if (study.priority() != 0) out << "priority " << study.priority() << "\n";
   for (const std::string& line : LimitLines(study)) out << line << "\n";
   for (const v1::WaitingJobs& jobs : study.waiting()) {
     if (jobs.reason() == "limit") continue;  // Among the lines above.
     const Tone tone = WantsAttention(jobs) ? Tone::kWarning : Tone::kPlain;
     out << terminal.Paint(tone, WaitingText(jobs)) << "\n";
+  }
+  for (const v1::StudyComment& comment : study.comments()) {
+    out << "comment of " << UserOfActor(comment.actor()) << ", " << FormatUnixTime(comment.unix_s())
+        << ": " << comment.text() << "\n";
   }
   const std::vector<std::string> problems = ProblemLines(terminal, study, 10);
   if (problems.empty()) return;

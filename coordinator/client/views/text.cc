@@ -17,6 +17,53 @@ constexpr double kLeastPlain = 1e-6;
 
 }  // namespace
 
+namespace {
+
+std::vector<std::string> LinesOf(std::string_view text) {
+  std::vector<std::string> lines;
+  while (!text.empty()) {
+    const size_t end = std::min(text.find('\n'), text.size());
+    lines.emplace_back(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
+}
+
+// Whether `old` are the lines of `now` from `at` on. Either's first line may lack its begin, the
+// last of `old` its end.
+bool IsAt(std::span<const std::string> old, const std::vector<std::string>& now, size_t at) {
+  if (at + old.size() > now.size()) return false;
+  for (size_t i = 0; i < old.size(); ++i) {
+    const std::string &a = old[i], &b = now[at + i];
+    const bool same = a == b || (i + 1 == old.size() && !a.empty() && b.starts_with(a)) ||
+                      (i == 0 && !a.empty() && !b.empty() && (a.ends_with(b) || b.ends_with(a)));
+    if (!same) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<std::string> NewLines(std::string_view before, std::string_view now) {
+  const std::vector<std::string> old = LinesOf(before);
+  std::vector<std::string> lines = LinesOf(now);
+  const auto rest_from = [&](size_t at) {
+    // The last line that both have comes again if there is more of it now.
+    if (!old.empty() && lines[at - 1].size() > old.back().size() && at > 1) --at;
+    return std::vector<std::string>(lines.begin() + static_cast<std::ptrdiff_t>(at), lines.end());
+  };
+  if (old.empty()) return lines;
+  for (size_t at = 0; at + old.size() <= lines.size(); ++at) {
+    if (IsAt(old, lines, at)) return rest_from(at + old.size());
+  }
+  for (size_t from = 1; from < old.size(); ++from) {
+    const std::span<const std::string> end = std::span(old).subspan(from);
+    if (IsAt(end, lines, 0)) return rest_from(end.size());
+  }
+  lines.insert(lines.begin(), "...");
+  return lines;
+}
+
 std::string FormatDuration(double seconds) {
   if (!std::isfinite(seconds) || seconds < 0) return "-";
   if (seconds >= kMostWhole) return fmt::format("{:.3g} s", seconds);

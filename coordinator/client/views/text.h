@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace parallax::client {
 
@@ -31,6 +32,9 @@ std::string FormatUnixTime(double unix_s);
 std::string Sparkline(std::span<const double> values, int columns, bool unicode);
 // Returns the first line of a message without trailing space: errors are shown as one line.
 std::string FirstLine(std::string_view text);
+// Returns the lines of `now`, the end of a log, that its earlier end `before` does not have. A line
+// that was not whole comes again; "..." stands for lines between them that neither has.
+std::vector<std::string> NewLines(std::string_view before, std::string_view now);
 // Returns why `text` is no seed, in the words of a study file's `seed`; "" if it is one.
 std::string WhyNotSeed(const std::string& text);
 // Returns the name of an enumerator in lower case without its prefix: "SUCCEEDED" -> "succeeded";

@@ -87,6 +87,8 @@ absl::Status Machine::Settle() {
     RETURN_IF_ERROR(tables_.db.Run("UPDATE studies SET finished_unix_s = ?2 WHERE id = ?1", id,
                                    finished ? std::optional<double>(tables_.Now()) : std::nullopt));
     study->tally.finished = finished;
+    const double now = tables_.Now();
+    if (finished) RETURN_IF_ERROR(tables_.notices.Raise(id, kNoticeDone, now, now));
   }
   return absl::OkStatus();
 }

@@ -22,6 +22,16 @@ FailureVerdict JudgeAppFailure(const RetryPolicy& policy, const FailureHistory& 
   return FailureVerdict::kRetryLater;
 }
 
+bool SaysOutOfMemory(std::string_view fingerprint) {
+  const auto says = [&](const char* words) { return fingerprint.find(words) != fingerprint.npos; };
+  return (says("out of memory") || says("memory is exhausted")) && !says("CUDA") && !says("GPU");
+}
+
+int64_t MoreMemory(int64_t had_mb, int64_t largest_mb) {
+  const int64_t more_mb = std::min(had_mb + had_mb / 2, largest_mb);
+  return more_mb > had_mb ? more_mb : 0;
+}
+
 double ChanceOfLosses(const LossHistory& history) {
   if (history.losses <= 0 || history.all <= 0) return 1;
   const double all = static_cast<double>(std::max<int64_t>(history.all, history.losses));

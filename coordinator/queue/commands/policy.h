@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace parallax {
@@ -36,6 +37,13 @@ struct FailureHistory {
 };
 enum class FailureVerdict { kRetryLater, kRetryNow, kFail, kQuarantine };
 FailureVerdict JudgeAppFailure(const RetryPolicy& policy, const FailureHistory& history);
+
+// Returns whether a failure with this fingerprint is for lack of the machine's memory. A GPU's is
+// another one, which no worker's memory helps.
+bool SaysOutOfMemory(std::string_view fingerprint);
+// Returns the memory in MB to ask for after a job had too little with `had_mb`: half as much again,
+// but at most `largest_mb`, what a worker has; 0 if no worker has more.
+int64_t MoreMemory(int64_t had_mb, int64_t largest_mb);
 
 // A job that has lost its worker, among the workers that the farm has lost since the job first did.
 // That first loss is why the job is looked at, so it is in none of the numbers but `machines`.

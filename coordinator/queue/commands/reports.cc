@@ -123,14 +123,38 @@ absl::StatusOr<v1::ReportOutcome> Reports::Fail(const v1::FailRequest& request) 
   return known ? v1::REPORT_OUTCOME_ALREADY_DONE : holding.outcome;
 }
 
+absl::StatusOr<Reports::MemoryRaise> Reports::RaiseMemory(const JobRow& job,
+                                                          const std::string& worker) {
+  const JobKind& kind = tables_.kinds[job.kind];
+  ASSIGN_OR_RETURN(const Study* study, tables_.ledger.FindStudy(job.study));
+  const ReadyKey key = ReadyKeyOf(job.study, {study->needs_memory_mb, study->needs_tags}, kind,
+                                  kind.NeedsOf(job.input));
+  const int64_t had_mb = key.memory_mb > 0 ? key.memory_mb : scheduler_.MemoryOf(worker);
+  const int64_t largest_mb = scheduler_.LargestMemory(key);
+  const int64_t needs_mb = MoreMemory(had_mb, largest_mb);
+  const std::string input = kind.WithMemory(job.input, needs_mb);
+  if (input.empty() || had_mb == 0 || largest_mb == 0) return MemoryRaise();
+  if (needs_mb == 0) {
+    return MemoryRaise{0, fmt::format("; no worker for it has more than {} MB", largest_mb)};
+  }
+  RETURN_IF_ERROR(tables_.jobs.SetInput(job.id, input));
+  return MemoryRaise{needs_mb, fmt::format("; it needs a worker with {} MB now", needs_mb)};
+}
+
 absl::Status Reports::FailAttempt(const JobRow& job, const AppFailure& failure) {
   // If its input has been taken back meanwhile, the job is not at fault.
   ASSIGN_OR_RETURN(const bool complete, waiters_.HasWhatItWaitedFor(job));
   if (!complete) return LoseAttempt(job, LossKind::kReturned, failure.error, false, tables_.Now());
   const std::string worker = failure.worker.empty() ? job.worker : failure.worker;
-  const std::string error = OneLine(failure.error);
-  const std::string fingerprint =
+  std::string error = OneLine(failure.error);
+  std::string fingerprint =
       OneLine(failure.fingerprint.empty() ? failure.error : failure.fingerprint);
+  if (failure.retryable && SaysOutOfMemory(fingerprint)) {
+    ASSIGN_OR_RETURN(const MemoryRaise raise, RaiseMemory(job, worker));
+    error += raise.said;
+    // Workers that had less do not agree by that about the job.
+    if (raise.needs_mb > 0) fingerprint += fmt::format("; with less than {} MB", raise.needs_mb);
+  }
   RETURN_IF_ERROR(tables_.losses.Insert({.job = job.id,
                                          .fence = job.fence,
                                          .ledger = "app",
@@ -220,7 +244,12 @@ absl::Status Reports::EndAttempt(const JobRow& job, const LossUpdate& update) {
   tables_.NoteMove(*variant, job, update.state);
   --tables_.leased_now;
   if (update.state == JobState::kReady) tables_.effects.work_ready = true;
-  if (IsTerminal(update.state)) RETURN_IF_ERROR(jobs_.EnterLoss(job, *variant, update.state));
+  if (IsTerminal(update.state)) {
+    const double now = tables_.Now();
+    RETURN_IF_ERROR(jobs_.EnterLoss(job, *variant, update.state));
+    RETURN_IF_ERROR(tables_.notices.Raise(job.study, kNoticeFailed, now,
+                                          now + tables_.options.notice_gather_s));
+  }
   return jobs_.ReleaseFollowers(job.id);
 }
 

@@ -67,6 +67,12 @@ class Reports {
     bool retryable = true;
     std::string log_tail;
   };
+  // What becomes of a job that ran out of memory.
+  struct MemoryRaise {
+    int64_t needs_mb = 0;  // Its need from now on; 0: as before.
+    std::string said;      // For its error.
+  };
+  absl::StatusOr<MemoryRaise> RaiseMemory(const JobRow& job, const std::string& worker);
   absl::Status FailAttempt(const JobRow& job, const AppFailure& failure);
   enum class LossKind { kLost, kReturned };
   // Returns whether the job is to blame for the loss of its worker.

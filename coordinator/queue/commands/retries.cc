@@ -9,7 +9,7 @@
 
 namespace parallax {
 
-absl::StatusOr<int64_t> Retries::Retry(int64_t id, std::string_view actor) {
+absl::StatusOr<Study*> Retries::FindRetryable(int64_t id) {
   ASSIGN_OR_RETURN(Study * study, tables_.ledger.FindStudy(id));
   if (study->tally.cancelled) {
     return FailedPrecondition("study {} is cancelled: submit it again instead", id);
@@ -21,6 +21,12 @@ absl::StatusOr<int64_t> Retries::Retry(int64_t id, std::string_view actor) {
                               id);
   }
   if (study->tally.finished) RETURN_IF_ERROR(limits_.CheckUser(study->user, 1, 0));
+  return study;
+}
+
+absl::StatusOr<int64_t> Retries::Retry(int64_t id, std::string_view reason,
+                                       std::string_view actor) {
+  ASSIGN_OR_RETURN(const Study* study, FindRetryable(id));
   int64_t retried = 0;
   std::vector<int64_t> others;
   for (const int64_t variant_id : study->variants) {
@@ -49,8 +55,42 @@ absl::StatusOr<int64_t> Retries::Retry(int64_t id, std::string_view actor) {
     ASSIGN_OR_RETURN(const bool again, RetryOther(*variant, job));
     retried += again ? 1 : 0;
   }
-  RETURN_IF_ERROR(tables_.Audit(actor, "retry", id, fmt::format("{} jobs", retried)));
+  RETURN_IF_ERROR(
+      tables_.Audit(actor, "retry", id, fmt::format("{} jobs{}", retried, Because(reason))));
   return retried;
+}
+
+absl::Status Retries::RetryJob(int64_t id, int64_t job_id, std::string_view reason,
+                               std::string_view actor) {
+  RETURN_IF_ERROR(FindRetryable(id).status());
+  ASSIGN_OR_RETURN(const std::optional<JobRow> job, tables_.jobs.Find(job_id));
+  if (!job || job->study != id) return NotFound("study {} has no job {}", id, job_id);
+  ASSIGN_OR_RETURN(const std::optional<JobRow> newest, tables_.jobs.FindNewest(job_id));
+  if (newest && newest->id != job_id) {
+    return FailedPrecondition("job {} was retried before, as job {}, which is {}", job_id,
+                              newest->id, NameOf(newest->state));
+  }
+  RETURN_IF_ERROR(job->state == JobState::kRetryWait ? jobs_.Settle(job_id) : RetryLost(*job));
+  return tables_.Audit(actor, "retry", id, fmt::format("job {}{}", job_id, Because(reason)));
+}
+
+absl::Status Retries::RetryLost(const JobRow& job) {
+  if (job.state != JobState::kFailed && job.state != JobState::kQuarantined &&
+      job.state != JobState::kCancelled) {
+    return FailedPrecondition("job {} is {}: there is nothing to retry", job.id, NameOf(job.state));
+  }
+  ASSIGN_OR_RETURN(Variant * variant, tables_.ledger.FindVariant(job.variant));
+  const bool of_scene = tables_.kinds[job.kind].traits().of_scene;
+  ASSIGN_OR_RETURN(const bool again,
+                   of_scene ? RetryOfScene(*variant, job) : RetryOther(*variant, job));
+  if (again) return absl::OkStatus();
+  return of_scene
+             ? FailedPrecondition(
+                   "job {}: another scene has taken the place of its own, so variant {} lacks no "
+                   "pairs that it could make",
+                   job.id, variant->name)
+             : FailedPrecondition("job {} waits for a job that is lost: retry that one first",
+                                  job.id);
 }
 
 // Retries a job if the variant still lacks pairs: a scene that was replaced is not made again.

@@ -95,4 +95,10 @@ absl::Status Studies::SetPaused(int64_t id, bool paused, std::string_view reason
   return tables_.Audit(actor, paused ? "pause" : "resume", id, reason);
 }
 
+absl::Status Studies::Comment(int64_t id, std::string_view text, std::string_view actor) {
+  if (text.empty()) return InvalidArgument("a comment without text");
+  RETURN_IF_ERROR(tables_.ledger.FindStudy(id).status());
+  return tables_.Audit(actor, "comment", id, text);
+}
+
 }  // namespace parallax

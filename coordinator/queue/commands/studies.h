@@ -23,6 +23,7 @@ class Studies {
   absl::Status Cancel(int64_t study, std::string_view reason, std::string_view actor);
   absl::Status SetPaused(int64_t study, bool paused, std::string_view reason,
                          std::string_view actor);
+  absl::Status Comment(int64_t study, std::string_view text, std::string_view actor);
 
  private:
   Tables& tables_;

@@ -18,6 +18,10 @@ absl::Status OverLimit(const std::string& user, const UserLimits& limits, int64_
 
 }  // namespace
 
+std::string Because(std::string_view reason) {
+  return reason.empty() ? "" : ": " + std::string(reason);
+}
+
 absl::Status WorkLimits::CheckUser(const std::string& user, int64_t studies, int64_t pairs) {
   const UserLimits limits = tables_.options.limits.Of(user);
   if (limits.max_studies == 0 && limits.max_waiting_pairs == 0) return absl::OkStatus();
@@ -51,9 +55,20 @@ absl::Status WorkLimits::SetMaxRunning(int64_t id, int64_t max_running, std::str
       tables_.db.Run("UPDATE studies SET max_running = ?2 WHERE id = ?1", id, max_running));
   tables_.ledger.Change(*study).max_running = max_running;
   tables_.effects.work_ready = true;
-  return tables_.Audit(actor, "limit", id,
-                       fmt::format("max_running {}, was {}{}", max_running, before,
-                                   reason.empty() ? "" : ": " + std::string(reason)));
+  return tables_.Audit(
+      actor, "limit", id,
+      fmt::format("max_running {}, was {}{}", max_running, before, Because(reason)));
+}
+
+absl::Status WorkLimits::SetPriority(int64_t id, int priority, std::string_view reason,
+                                     std::string_view actor) {
+  ASSIGN_OR_RETURN(Study * study, tables_.ledger.FindStudy(id));
+  const int before = study->tally.priority;
+  if (before == priority) return absl::OkStatus();
+  RETURN_IF_ERROR(tables_.db.Run("UPDATE studies SET priority = ?2 WHERE id = ?1", id, priority));
+  tables_.ledger.Change(*study).priority = priority;
+  return tables_.Audit(actor, "priority", id,
+                       fmt::format("priority {}, was {}{}", priority, before, Because(reason)));
 }
 
 absl::Status WorkLimits::Drain(const v1::DrainOrder& order, bool undo) {

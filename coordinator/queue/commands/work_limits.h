@@ -24,6 +24,9 @@ class WorkLimits {
   // Bounds a study's leased jobs; see JobQueue. Errors: kNotFound; the database's.
   absl::Status SetMaxRunning(int64_t study, int64_t max_running, std::string_view reason,
                              std::string_view actor);
+  // Sets a study's priority; see JobQueue. Errors: kNotFound; the database's.
+  absl::Status SetPriority(int64_t study, int priority, std::string_view reason,
+                           std::string_view actor);
   // Keeps or undoes an order to drain. Errors: kNotFound if there is no such order to undo.
   absl::Status Drain(const v1::DrainOrder& order, bool undo);
 
@@ -32,6 +35,9 @@ class WorkLimits {
 
   Tables& tables_;
 };
+
+// Returns the end of an audit entry's text: ": for the deadline"; empty without a reason.
+std::string Because(std::string_view reason);
 
 // Returns the orders to drain, sorted by pattern. Errors: the database's.
 absl::StatusOr<std::vector<v1::DrainOrder>> ListDrains(SqliteConnection& db);

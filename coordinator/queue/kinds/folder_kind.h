@@ -27,6 +27,13 @@ class FolderKind : public JobKind {
     return needs;
   }
 
+  std::string WithMemory(std::string_view bytes, int64_t memory_mb) const override {
+    auto input = InputOf<Input>(bytes);
+    if (!input.ok()) return "";
+    input->mutable_needs()->set_memory_mb(memory_mb);
+    return input->SerializeAsString();
+  }
+
   std::shared_ptr<const CheckedResult> CheckResult(std::string_view bytes) const override {
     auto out = std::make_shared<Checked>();
     if (!out->result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {

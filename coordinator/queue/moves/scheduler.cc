@@ -51,6 +51,9 @@ absl::StatusOr<std::vector<GrantedLease>> Scheduler::Lease(const WorkerFacts& wo
   WorkerMemory& memory = workers_[worker.name];
   memory.seen_s = tables_.SteadySeconds();
   memory.machine = worker.machine;
+  if (Abilities& now = abilities_[worker.name]; now.memory_mb != worker.memory_mb) {
+    now = {worker.kinds, worker.tags, worker.memory_mb};
+  }
   for (int i = 0; i < max_jobs; ++i) {
     ASSIGN_OR_RETURN(const std::optional<JobRow> job, Choose(taker));
     if (!job) break;
@@ -64,6 +67,21 @@ absl::StatusOr<std::vector<GrantedLease>> Scheduler::Lease(const WorkerFacts& wo
 std::string Scheduler::MachineOf(const std::string& worker) const {
   const auto known = workers_.find(worker);
   return known == workers_.end() || known->second.machine.empty() ? worker : known->second.machine;
+}
+
+int64_t Scheduler::MemoryOf(const std::string& worker) const {
+  const auto known = abilities_.find(worker);
+  return known == abilities_.end() ? 0 : known->second.memory_mb;
+}
+
+int64_t Scheduler::LargestMemory(const ReadyKey& jobs) const {
+  int64_t largest_mb = 0;
+  for (const auto& [name, worker] : abilities_) {
+    const bool takes = std::count(worker.kinds.begin(), worker.kinds.end(), jobs.kind) > 0;
+    if (!takes || !Fits({.needs_tags = jobs.tags}, {worker.memory_mb, worker.tags})) continue;
+    largest_mb = std::max(largest_mb, worker.memory_mb);
+  }
+  return largest_mb;
 }
 
 int Scheduler::Machines() const {
@@ -100,7 +118,7 @@ StudyShare Scheduler::ShareOf(Study& study, const Taker& worker) {
     study.pass = std::max(study.pass, virtual_pass_);
   }
   return {.study = study.id,
-          .priority = study.priority,
+          .priority = study.Priority(),
           .pass = study.pass,
           .waiting_s = hungry ? now - study.hungry_since_s : 0,
           .open = hungry && ready_for_it > 0 && (!study.share->IsFull() || ignored),

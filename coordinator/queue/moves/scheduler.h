@@ -32,11 +32,19 @@ class Scheduler {
 
   // Note that a worker was heard of, or that it is gone.
   void NoteSeen(const std::string& worker) { workers_[worker].seen_s = tables_.SteadySeconds(); }
-  void NoteGone(const std::string& worker) { workers_.erase(worker); }
+  void NoteGone(const std::string& worker) {
+    workers_.erase(worker);
+    abilities_.erase(worker);
+  }
   bool Knows(const std::string& worker) const { return workers_.count(worker) > 0; }
   size_t workers() const { return workers_.size(); }
   // Returns the machine of a worker; its own name if that is not known.
   std::string MachineOf(const std::string& worker) const;
+  // Returns a worker's memory in MB; 0 if it is not known.
+  int64_t MemoryOf(const std::string& worker) const;
+  // Returns the largest memory in MB of the workers that take such jobs and have their tags; 0 if
+  // none is known.
+  int64_t LargestMemory(const ReadyKey& jobs) const;
   // Returns the number of different machines of the workers that are around.
   int Machines() const;
 
@@ -52,6 +60,11 @@ class Scheduler {
     double seen_s = 0;
     std::string machine;              // Empty: not known.
     std::deque<Sha256Digest> groups;  // Groups that are warm there, the latest first.
+  };
+  // A worker as it said at its last call, until it is gone.
+  struct Abilities {
+    std::vector<std::string> kinds, tags;
+    int64_t memory_mb = 0;
   };
   absl::StatusOr<Taker> TakerOf(const WorkerFacts& worker) const;
   absl::StatusOr<std::optional<JobRow>> Choose(const Taker& worker);
@@ -72,6 +85,7 @@ class Scheduler {
   JobMoves& jobs_;
   Waiters& waiters_;
   std::map<std::string, WorkerMemory> workers_;
+  std::map<std::string, Abilities> abilities_;
   double virtual_pass_ = 0;  // Pass of the study that was served last.
   uint32_t sequence_ = 0;
 };

@@ -26,6 +26,7 @@ absl::Status FirstRow(SqliteQuery& query, const std::string& what) {
 namespace {
 
 constexpr int kProblemsShown = 10;
+constexpr int kCommentsShown = 20;
 
 // Interrupts a connection's query when its time is over.
 class Deadline {
@@ -50,7 +51,7 @@ class Deadline {
 // ---- Studies
 constexpr char kStudyColumns[] =
     "SELECT id, name, paused, cancelled, submitted_unix_s, finished_unix_s, "
-    "archived, user, max_running FROM "
+    "archived, user, max_running, priority FROM "
     "studies ";
 
 absl::Status AddCounts(SqliteConnection& db, std::map<int64_t, v1::VariantStatus*>& variants,
@@ -141,6 +142,20 @@ absl::StatusOr<int64_t> AddVariants(SqliteConnection& db, const KindRegistry& ki
   return others_lost;
 }
 
+absl::Status AddComments(SqliteConnection& db, v1::StudyStatus& study) {
+  SqliteQuery query(db,
+                    "SELECT unix_s, actor, detail FROM audit WHERE study_id = ?1"
+                    " AND action = 'comment' ORDER BY id DESC LIMIT ?2",
+                    study.study_id(), kCommentsShown);
+  while (query.Next()) {
+    v1::StudyComment* comment = study.add_comments();
+    comment->set_unix_s(query.Real(0));
+    comment->set_actor(std::string(query.Text(1)));
+    comment->set_text(std::string(query.Text(2)));
+  }
+  return query.status();
+}
+
 v1::StudyState StateOf(const v1::StudyStatus& study, bool paused, bool cancelled,
                        int64_t others_lost) {
   if (cancelled) return v1::STUDY_STATE_CANCELLED;
@@ -162,6 +177,7 @@ absl::Status FillStudy(SqliteConnection& db, const KindRegistry& kinds, const Sq
   study.set_finished_unix_s(row.Real(5));
   study.set_user(std::string(row.Text(7)));
   study.set_max_running(static_cast<int32_t>(row.Int(8)));
+  study.set_priority(static_cast<int32_t>(row.Int(9)));
   ASSIGN_OR_RETURN(const int64_t others_lost, AddVariants(db, kinds, study, row.Int(6) != 0));
   study.set_state(StateOf(study, row.Int(2) != 0, row.Int(3) != 0, others_lost));
   return absl::OkStatus();
@@ -213,6 +229,7 @@ absl::StatusOr<v1::StudyStatus> Readers::GetStudy(int64_t id) {
     SqliteQuery query(db, sql.c_str(), id);
     RETURN_IF_ERROR(FirstRow(query, fmt::format("study {}", id)));
     RETURN_IF_ERROR(FillStudy(db, kinds_, query, study));
+    RETURN_IF_ERROR(AddComments(db, study));
     SqliteQuery spec(db, "SELECT spec_z FROM studies WHERE id = ?1", id);
     if (!spec.Next()) return spec.status();
     return UnpackMessage(spec.Blob(0), *study.mutable_spec());

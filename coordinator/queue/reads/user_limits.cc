@@ -33,6 +33,7 @@ void SetLimits(const UserLimits& limits, v1::UserStatus& user) {
   user.set_max_studies(limits.max_studies);
   user.set_max_waiting_pairs(limits.max_waiting_pairs);
   user.set_rule(limits.rule);
+  user.set_priority(static_cast<int32_t>(limits.priority));
 }
 
 }  // namespace

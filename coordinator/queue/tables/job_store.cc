@@ -260,6 +260,12 @@ absl::Status JobStore::MoveToCancelled(int64_t id, const std::string& reason, do
   return Moved(db_.Run(kMoveToCancelled, id, reason, now), id, JobState::kCancelled);
 }
 
+absl::Status JobStore::SetInput(int64_t id, const std::string& input) {
+  return Moved(
+      db_.Run("UPDATE jobs SET input = ?2 WHERE id = ?1 AND state = 'LEASED'", id, SqlBlob{input}),
+      id, JobState::kLeased);
+}
+
 absl::Status JobStore::ShrinkReady(int64_t id, const std::string& rigs, uint32_t rig_count,
                                    const Sha256Digest& work_key) {
   return Moved(db_.Run("UPDATE jobs SET rigs = ?2, rig_count = ?3, work_key = ?4"

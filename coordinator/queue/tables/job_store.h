@@ -89,6 +89,8 @@ class JobStore {
   absl::Status MoveAfterLoss(const JobRow& row, const LossUpdate& update, double now);
   absl::Status MoveToCancelled(int64_t id, const std::string& reason, double now);
 
+  // Changes the input of a LEASED job, whose lease is about to end.
+  absl::Status SetInput(int64_t id, const std::string& input);
   // Leaves a READY job only these rigs, because it gave others to new jobs.
   absl::Status ShrinkReady(int64_t id, const std::string& rigs, uint32_t rig_count,
                            const Sha256Digest& work_key);

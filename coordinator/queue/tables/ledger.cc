@@ -36,7 +36,7 @@ absl::StatusOr<Study*> Ledger::FindStudy(int64_t id) {
     study.id = id;
     study.name = query.Text(0);
     study.seed = static_cast<uint64_t>(query.Int(1));
-    study.priority = static_cast<int>(query.Int(2));
+    study.tally.priority = static_cast<int>(query.Int(2));
     study.needs_memory_mb = query.Int(3);
     study.needs_tags = TagLines(query.Text(4));
     study.tally.paused = query.Int(5) != 0;

@@ -78,6 +78,7 @@ struct StudyTally {
   std::array<int64_t, kMostKinds> ready{};
   int64_t running = 0;      // LEASED jobs.
   int64_t max_running = 0;  // 0: no limit of its own.
+  int priority = 0;
 
   bool IsFull() const { return max_running > 0 && running >= max_running; }
 };
@@ -87,7 +88,6 @@ struct Study {
   std::string user;
   UserShare* share = nullptr;  // The user's; owned by the ledger.
   uint64_t seed = 0;
-  int priority = 0;
   int64_t needs_memory_mb = 0;
   std::vector<std::string> needs_tags;
   std::vector<int64_t> variants;
@@ -97,6 +97,8 @@ struct Study {
   // Steady time in seconds since when it has had READY jobs and was not served; < 0: not hungry.
   double hungry_since_s = -1;
 
+  // Returns its priority among all studies: its own with its user's.
+  int Priority() const { return tally.priority + static_cast<int>(share->limits.priority); }
   // Returns how many more of its jobs may be leased now, by its own limit and its user's.
   int64_t Room() const {
     return std::min(RoomUnder(tally.max_running, tally.running),

@@ -17,6 +17,7 @@ Tables::Tables(SqliteConnection& connection, const JobQueueOptions& queue_option
       folders(db),
       archive(db, losses, options.unsafe_for_test.archive_newest),
       waits(db),
+      notices(db, options.notice_targets),
       ledger(db, kinds, options.limits) {}
 
 double Tables::SteadySeconds() const {

@@ -19,6 +19,7 @@
 #include "coordinator/queue/tables/ledger.h"
 #include "coordinator/queue/tables/left_folders.h"
 #include "coordinator/queue/tables/loss_table.h"
+#include "coordinator/queue/tables/notice_table.h"
 #include "coordinator/queue/tables/result_table.h"
 #include "coordinator/queue/tables/scene_table.h"
 #include "coordinator/queue/tables/waits.h"
@@ -67,6 +68,7 @@ struct Tables {
   LeftFolders folders;
   JobArchive archive;
   WaitTable waits;
+  NoticeTable notices;
   Ledger ledger;
 
   // ---- Memory between commands

@@ -1,5 +1,6 @@
 #include "coordinator/rpc/workers/steering.h"
 
+#include "common/config/check/limits.h"
 #include "coordinator/queue/job_queue.h"
 
 namespace parallax {
@@ -17,6 +18,13 @@ absl::Status CheckSteering(JobQueue& queue, const RpcCaller& caller, StudyId stu
   return PermissionDenied(
       "study {} was not submitted by '{}'; others' studies are the operator's to steer",
       study.value, caller.name);
+}
+
+absl::Status CheckPriority(const RpcCaller& caller, int priority) {
+  if (caller.Is(Role::kOperator) || priority <= kMostOwnPriority) return absl::OkStatus();
+  return PermissionDenied(
+      "priority {}: a submitter gives at most {}, more is the operator's to give", priority,
+      kMostOwnPriority);
 }
 
 }  // namespace parallax

@@ -19,4 +19,8 @@ std::string ActorName(const RpcCaller& caller);
 // kPermissionDenied if it may not; kNotFound for an unknown study; the queue's.
 absl::Status CheckSteering(JobQueue& queue, const RpcCaller& caller, StudyId study);
 
+// Checks that the caller may give a study this priority: submitters at most kMostOwnPriority.
+// Errors: kPermissionDenied if it may not.
+absl::Status CheckPriority(const RpcCaller& caller, int priority);
+
 }  // namespace parallax

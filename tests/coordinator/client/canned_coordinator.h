@@ -49,6 +49,7 @@ class FakeCoordinator : public v1::Coordinator::Service {
   std::string page_url = "http://0.0.0.0:7080/#code=abc";
   int64_t retried_jobs = 0;
   std::function<void(FakeCoordinator&)> on_get_study = [](FakeCoordinator&) {};
+  std::function<void(FakeCoordinator&)> on_list_attempts = [](FakeCoordinator&) {};
 
   // Requests that it has received.
   std::vector<v1::SubmitRequest> submitted;
@@ -97,8 +98,41 @@ class FakeCoordinator : public v1::Coordinator::Service {
                       v1::StudyStatus* reply) override {
     return Order("resume", *request, v1::STUDY_STATE_RUNNING, reply);
   }
-  grpc::Status Retry(grpc::ServerContext*, const v1::StudyRequest*,
+  grpc::Status Comment(grpc::ServerContext*, const v1::StudyRequest* request,
+                       v1::StudyStatus* reply) override {
+    std::lock_guard lock(mutex_);
+    orders.push_back("comment " + std::to_string(request->study_id()));
+    for (auto& study : studies) {
+      if (study.study_id() != request->study_id()) continue;
+      v1::StudyComment* comment = study.add_comments();
+      comment->set_actor("submitter ada ipv4:10.0.0.7:4711");
+      comment->set_text(request->reason());
+      comment->set_unix_s(1.8e9);
+    }
+    return Find(request->study_id(), reply);
+  }
+  grpc::Status SetPriority(grpc::ServerContext*, const v1::SetPriorityRequest* request,
+                           v1::StudyStatus* reply) override {
+    std::lock_guard lock(mutex_);
+    orders.push_back("priority " + std::to_string(request->study_id()) + " " +
+                     std::to_string(request->priority()) + " " + request->reason());
+    for (auto& study : studies) {
+      if (study.study_id() == request->study_id()) study.set_priority(request->priority());
+    }
+    return Find(request->study_id(), reply);
+  }
+  grpc::Status RetryJob(grpc::ServerContext*, const v1::RetryJobRequest* request,
+                        v1::RetryReply* reply) override {
+    std::lock_guard lock(mutex_);
+    orders.push_back("retry " + std::to_string(request->study_id()) + " job " +
+                     std::to_string(request->job_id()) + " " + request->reason());
+    reply->set_jobs(1);
+    return grpc::Status::OK;
+  }
+  grpc::Status Retry(grpc::ServerContext*, const v1::StudyRequest* request,
                      v1::RetryReply* reply) override {
+    std::lock_guard lock(mutex_);
+    orders.push_back("retry " + std::to_string(request->study_id()) + " " + request->reason());
     reply->set_jobs(retried_jobs);
     return grpc::Status::OK;
   }
@@ -111,6 +145,8 @@ class FakeCoordinator : public v1::Coordinator::Service {
   }
   grpc::Status ListAttempts(grpc::ServerContext*, const v1::ListAttemptsRequest* request,
                             v1::ListAttemptsReply* reply) override {
+    std::lock_guard lock(mutex_);
+    on_list_attempts(*this);
     if (request->job_id() != attempts.job().job_id()) {
       return {grpc::StatusCode::NOT_FOUND, "job " + std::to_string(request->job_id())};
     }

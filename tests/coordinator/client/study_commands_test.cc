@@ -340,14 +340,6 @@ TEST_F(CommandTest, ATextThatIsNotUtf8IsRefusedBeforeItIsSent) {
   EXPECT_THAT(coordinator_.orders, IsEmpty());
 }
 
-TEST_F(CommandTest, RetryCountsJobs) {
-  coordinator_.studies = {Baseline()};
-  EXPECT_THAT(Run({"retry", "3"}).out, HasSubstr("no failed jobs"));
-  coordinator_.retried_jobs = 2;
-  EXPECT_THAT(Run({"retry", "3"}).out, HasSubstr("2 jobs of study 3"));
-  EXPECT_EQ(RunJson({"retry", "3"})["jobs"], 2);
-}
-
 TEST_F(CommandTest, JobsAndWorkersAreTables) {
   coordinator_.studies = {Baseline()};
   v1::JobStatus job;
@@ -435,13 +427,16 @@ TEST_F(CommandTest, LimitsAreShownAndSet) {
   ada.set_waiting_pairs(12345);
   ada.set_max_waiting_pairs(20000);
   ada.set_rule("submitter *");
+  ada.set_priority(20);
   v1::UserStatus local;
   local.set_user("local");
   coordinator_.users = {local, ada};
   const std::string table = Run({"limits"}).out;
-  EXPECT_THAT(table, HasSubstr("submitter ada  64 / 64        2  12,345 / 20,000  submitter *"));
+  EXPECT_THAT(table,
+              HasSubstr("submitter ada  64 / 64        2  12,345 / 20,000        20  submitter *"));
   EXPECT_THAT(table, HasSubstr("none"));
   EXPECT_EQ(RunJson({"limits"})["users"][1]["max_running"], 64);
+  EXPECT_EQ(RunJson({"limits"})["users"][1]["priority"], 20);
   EXPECT_THAT(Run({"limits", "baseline", "--max-running", "8", "--reason", "room"}).out,
               HasSubstr("at most 8"));
   EXPECT_THAT(coordinator_.orders, ElementsAre("limit 3 8 room"));

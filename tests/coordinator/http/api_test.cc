@@ -27,7 +27,8 @@ TEST_F(ApiTest, SubmittersSteerTheirOwnStudiesOnly) {
   const std::string path = "/api/v1/studies/" + std::to_string(study);
   const auto ada = TlsClient("submitter-ada"), bert = TlsClient("submitter-bert"),
              olga = TlsClient("operator-olga");
-  EXPECT_THAT(Actions(Json(*ada, path)), testing::ElementsAre("pause", "limit", "cancel"));
+  EXPECT_THAT(Actions(Json(*ada, path)),
+              testing::ElementsAre("pause", "limit", "priority", "cancel", "comment"));
   EXPECT_THAT(Actions(Json(*bert, path)), testing::IsEmpty());
   EXPECT_THAT(Actions(Json(*TlsClient("read-only-board"), path)), testing::IsEmpty());
   EXPECT_EQ(Post(*bert, path + "/pause")->status, 403);
@@ -178,7 +179,7 @@ TEST_F(ApiTest, OperatorsDrainWorkersAndForgetStudies) {
   EXPECT_TRUE(queue_->Drains()->empty());
 
   const std::string path = "/api/v1/studies/" + std::to_string(study);
-  EXPECT_THAT(Actions(Json(*olga, path)), testing::ElementsAre("forget"));
+  EXPECT_THAT(Actions(Json(*olga, path)), testing::ElementsAre("comment", "forget"));
   EXPECT_EQ(Post(*ada, path + "/forget")->status, 403);
   EXPECT_EQ(Post(*olga, path + "/forget")->status, 200);
   EXPECT_EQ(olga->Get(path)->status, 404);
@@ -238,6 +239,37 @@ TEST_F(ApiTest, ASubmitterLimitsItsStudyAndAllSeeIt) {
   EXPECT_EQ(users[0]["running"], 2);
 }
 
+TEST_F(ApiTest, ASubmitterRanksItsStudyAndRetriesAJobOfIt) {
+  const int64_t study = Submit({.pairs = 40}, "submitter ada ipv4:10.0.0.7:4711");
+  ServeTls();
+  const std::string path = "/api/v1/studies/" + std::to_string(study);
+  const auto ada = TlsClient("submitter-ada"), bert = TlsClient("submitter-bert");
+  EXPECT_EQ(Post(*bert, path + "/priority", R"({"priority": 2})")->status, 403);
+  EXPECT_EQ(Post(*ada, path + "/priority", R"({"priority": 101})")->status, 403);
+  for (const char* bad : {"{}", R"({"priority": -1001})", R"({"priority": 1.5})"}) {
+    EXPECT_EQ(Post(*ada, path + "/priority", bad)->status, 400) << bad;
+  }
+  EXPECT_EQ(Post(*ada, path + "/priority", R"({"priority": -2, "reason": "later"})")->status, 200);
+  EXPECT_EQ(Json(*bert, path)["priority"], -2);
+  EXPECT_EQ(Post(*bert, path + "/comment", R"({"reason": "mine"})")->status, 403);
+  EXPECT_EQ(Post(*ada, path + "/comment", "{}")->status, 400);
+  EXPECT_EQ(Post(*ada, path + "/comment", R"({"reason": "for March"})")->status, 200);
+  EXPECT_EQ(Json(*bert, path)["comments"][0]["text"], "for March");
+
+  const v1::Lease lease = queue_->Lease(AnyWorker("w"), 1)->at(0);
+  const std::string job = path + "/jobs/" + std::to_string(lease.attempt().job_id()) + "/retry";
+  EXPECT_EQ(Post(*bert, job, "{}")->status, 403);
+  EXPECT_EQ(Post(*ada, job, "{}")->status, 409) << "it runs";
+  EXPECT_EQ(Post(*ada, path + "/jobs/4711/retry", "{}")->status, 404);
+  v1::FailRequest failure;
+  *failure.mutable_attempt() = lease.attempt();
+  failure.set_worker("w");
+  failure.set_error("boom");
+  failure.set_retryable(true);
+  ASSERT_TRUE(queue_->Fail(failure).ok());
+  EXPECT_EQ(Post(*ada, job, "{}")->status, 200);
+}
+
 TEST_F(ApiTest, TheHistoryGoesOnOverARestart) {
   const double now = Clock::System().UnixSeconds();
   queue_->KeepSample({.unix_s = now - 30 * 3600, .ready = 7});  // Not of this day.
@@ -270,7 +302,7 @@ TEST_F(ApiTest, TellsOfAFarmAtWork) {
   EXPECT_EQ(one["variants"][1]["name"], "wide");
   EXPECT_EQ(one["variants"][1]["pairs_done"], 4);
   EXPECT_EQ(one["variants"][0]["render_jobs"]["succeeded"], 2);
-  EXPECT_THAT(Actions(one), testing::ElementsAre("forget")) << "nothing else is left to do";
+  EXPECT_THAT(Actions(one), testing::ElementsAre("comment", "forget")) << "nothing else is left to do";
   EXPECT_EQ(client->Get("/api/v1/studies/77")->status, 404);
   EXPECT_EQ(client->Get("/api/v1/studies?limit=0")->status, 400);
   EXPECT_EQ(client->Get("/api/v1/studies/99999999999999999999")->status, 400);

@@ -373,6 +373,56 @@ TEST_F(JobQueueTest, WhoChangedAStudyAndHowStandsInTheAudit) {
   EXPECT_EQ(told, "olga:cancel eve:retry ada:resume ada:pause tester:submit ");
 }
 
+TEST_F(JobQueueTest, OneJobIsRetriedAndItsAttemptsCountAnew) {
+  const StudyId study = Submit({.pairs = 4, .rigs_per_scene = 2});
+  for (int i = 0; i < 10; ++i) {
+    Fail(Failure(LeaseOne(AnyWorker("w")), "w", "bad build", /*retryable=*/false));
+  }
+  ASSERT_EQ(Status(study).state(), v1::STUDY_STATE_FAILED);
+  const int64_t job = ListJobs(study)[0].job_id();
+  const size_t before = ListJobs(study).size();
+  ASSERT_TRUE(queue_->RetryJob(study, job, "new build", "olga").ok());
+  EXPECT_EQ(ListJobs(study).size(), before + 1);
+  EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_RUNNING);
+  const absl::Status again = queue_->RetryJob(study, job, "", "olga");
+  EXPECT_TRUE(absl::IsFailedPrecondition(again)) << again;
+  EXPECT_THAT(std::string(again.message()), HasSubstr("was retried before, as job"));
+  // It has all of its tries again, from other workers too.
+  for (const char* worker : {"u", "v"}) {
+    Fail(Failure(LeaseOne(AnyWorker(worker)), worker, std::string("boom on ") + worker));
+    clock_.Advance(3600);
+    Tick();
+  }
+  const v1::Lease last = LeaseOne(AnyWorker("x"));
+  EXPECT_EQ(last.attempt_number(), 3);
+  Complete(SolveAnswer(last, "x"));
+  WorkOff(AnyWorker("x"));
+  EXPECT_EQ(Status(study).variants(0).pairs_done(), 2) << "its own pairs; the variant gave up";
+  EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_FAILED);
+  EXPECT_EQ(queue_->ListAudit({})->at(0).detail(), "job " + std::to_string(job) + ": new build");
+}
+
+TEST_F(JobQueueTest, OnlyAJobThatFailedOrWaitsIsRetried) {
+  const StudyId study = Submit({.pairs = 4, .rigs_per_scene = 2});
+  const v1::Lease first = LeaseOne(AnyWorker("w"));
+  const int64_t job = first.attempt().job_id();
+  const auto why = [&](StudyId of, int64_t which) {
+    return std::string(queue_->RetryJob(of, which, "", "olga").message());
+  };
+  EXPECT_THAT(why(study, job), HasSubstr("is LEASED: there is nothing to retry"));
+  Fail(Failure(first, "w", "boom"));
+  EXPECT_EQ(Jobs(study, "solve", "RETRY_WAIT"), 1);
+  ASSERT_TRUE(queue_->RetryJob(study, job, "", "olga").ok());  // Without its back-off.
+  EXPECT_EQ(Jobs(study, "solve", "RETRY_WAIT"), 0);
+  Fail(Failure(LeaseOne(AnyWorker("v")), "v", "no such file", /*retryable=*/false));
+  EXPECT_THAT(why(study, job), HasSubstr("another scene has taken the place"));
+  EXPECT_TRUE(absl::IsNotFound(queue_->RetryJob(study, 4711, "", "olga")));
+  const StudyId other = Submit({.name = "other", .seed = 9});
+  EXPECT_THAT(why(other, job), HasSubstr("study 2 has no job 1"));
+  ASSERT_TRUE(queue_->Cancel(study, "", "olga").ok());
+  EXPECT_THAT(why(study, job), HasSubstr("is cancelled"));
+}
+
 TEST_F(JobQueueTest, RetryGivesWhatIsMissingANewGeneration) {
   const StudyId study = Submit({.pairs = 4, .rigs_per_scene = 2});
   for (int i = 0; i < 10; ++i) {

@@ -121,6 +121,36 @@ TEST_F(Limits, ALimitIsChangedWhileTheStudyRunsAndStaysOverARestart) {
   EXPECT_TRUE(absl::IsNotFound(queue_->SetMaxRunning(StudyId{99}, 1, "", kAda)));
 }
 
+TEST_F(Limits, APriorityThatIsChangedCountsFromTheNextLeaseOn) {
+  IdOf(SubmitAs(kAda, {.name = "first", .seed = 1, .pairs = 40, .priority = 5}));
+  const StudyId second = IdOf(SubmitAs(kBob, {.name = "second", .seed = 2, .pairs = 40}));
+  EXPECT_EQ(LeaseOne(Solver("a")).study(), "first");
+  ASSERT_TRUE(queue_->SetPriority(second, 6, "deadline", kBob).ok());
+  EXPECT_EQ(LeaseOne(Solver("b")).study(), "second");
+  Reopen();
+  EXPECT_EQ(Status(second).priority(), 6);
+  EXPECT_EQ(LeaseOne(Solver("c")).study(), "second");
+  ASSERT_TRUE(queue_->SetPriority(second, -6, "", kBob).ok());
+  ASSERT_TRUE(queue_->SetPriority(second, -6, "again", kBob).ok());  // Changes nothing.
+  EXPECT_EQ(LeaseOne(Solver("d")).study(), "first");
+  EXPECT_THAT(AuditOf("priority"),
+              ElementsAre(std::string(kBob) + ": priority -6, was 6",
+                          std::string(kBob) + ": priority 6, was 0: deadline"));
+  EXPECT_TRUE(absl::IsNotFound(queue_->SetPriority(StudyId{99}, 1, "", kAda)));
+}
+
+TEST_F(Limits, AUsersPriorityIsAddedToThatOfItsStudies) {
+  SetLimits("default: {priority: -1}\nusers: {submitter bob: {priority: 10}}");
+  IdOf(SubmitAs(kAda, {.name = "adas", .seed = 1, .pairs = 40, .priority = 5}));
+  const StudyId bobs = IdOf(SubmitAs(kBob, {.name = "bobs", .seed = 2, .pairs = 40}));
+  EXPECT_EQ(LeaseOne(Solver("a")).study(), "bobs");
+  EXPECT_EQ(User("submitter bob").priority(), 10);
+  EXPECT_EQ(User("submitter ada").priority(), -1);
+  EXPECT_EQ(Status(bobs).priority(), 0) << "its own";
+  ASSERT_TRUE(queue_->SetPriority(bobs, -7, "", kBob).ok());  // 3 against 4.
+  EXPECT_EQ(LeaseOne(Solver("b")).study(), "adas");
+}
+
 TEST_F(Limits, AUsersStudiesShareItsLimitAndEachHasItsOwnTurn) {
   SetLimits("users: {submitter ada: {max_running: 3}}");
   IdOf(SubmitAs(kAda, {.name = "one", .seed = 1, .pairs = 20, .priority = 1}));

@@ -60,6 +60,65 @@ TEST_F(TrainNeedsTest, AnEvaluationGoesToAWorkerThatHasItsTrainerAndBenchmark) {
               ElementsAre("wide, seed 0 on eth3d"));
 }
 
+// ---- Out of memory
+TEST_F(TrainNeedsTest, ATrainingThatRanOutOfMemoryGoesToAWorkerWithMore) {
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  request.mutable_study()->mutable_train()->mutable_needs()->set_memory_mb(4000);
+  const StudyId study = SubmitRequest(request);
+  MakePairs();
+  WorkerFacts small = Trainer("small"), big = Trainer("big"), other = Evaluator("other");
+  small.memory_mb = 4000;
+  big.memory_mb = 5000;
+  other.memory_mb = 64000;  // Takes no trainings.
+  const auto fail = [&](const v1::Lease& lease, const std::string& worker) {
+    v1::FailRequest failure =
+        Failure(lease, worker, "RESOURCE_EXHAUSTED@train: out of memory: killed");
+    failure.set_error("RESOURCE_EXHAUSTED: out of memory: killed");
+    Fail(failure);
+    clock_.Advance(3600);
+    Tick();
+  };
+  EXPECT_THAT(Lease(other, 1), IsEmpty());
+  const v1::Lease first = LeaseOne(small);
+  EXPECT_THAT(Lease(big, 1), IsEmpty());  // It is known from now on.
+  fail(first, "small");
+  EXPECT_THAT(Lease(small, 1), IsEmpty()) << "half as much again, as far as a worker has it";
+  ASSERT_THAT(ListJobs(study, "READY"), SizeIs(1));
+  EXPECT_EQ(ListJobs(study, "READY")[0].needs_memory_mb(), 5000);
+  EXPECT_THAT(ListJobs(study, "READY")[0].error(),
+              HasSubstr("out of memory: killed; it needs a worker with 5000 MB now"));
+  Reopen();
+  EXPECT_THAT(Lease(small, 1), IsEmpty()) << "after a restart too";
+  fail(LeaseOne(big), "big");
+  const int64_t job = first.attempt().job_id();
+  const auto attempts = queue_->ListAttempts(job);
+  ASSERT_TRUE(attempts.ok()) << attempts.status();
+  ASSERT_THAT(attempts->attempts(), SizeIs(2));
+  EXPECT_THAT(attempts->attempts(0).error(), HasSubstr("no worker for it has more than 5000 MB"));
+  EXPECT_EQ(Jobs(study, "train", "QUARANTINED"), 0) << "the two had different memory";
+  Complete(TrainAnswer(LeaseOne(big), "big"));
+  EXPECT_EQ(State(study), v1::STUDY_STATE_SUCCEEDED);
+}
+
+TEST_F(TrainNeedsTest, AWorkersMemoryIsWhereATrainingWithoutNeedsBegins) {
+  const StudyId study = SubmitRequest(Request({.pairs = 2, .variants = {"wide"}}));
+  MakePairs();
+  WorkerFacts small = Trainer("small"), big = Trainer("big");
+  small.memory_mb = 4000;
+  big.memory_mb = 64000;
+  const v1::Lease lease = LeaseOne(small);
+  EXPECT_THAT(Lease(big, 1), IsEmpty());
+  // A GPU's memory is another one.
+  Fail(Failure(lease, "small", "RESOURCE_EXHAUSTED@train: CUDA out of memory"));
+  clock_.Advance(3600);
+  Tick();
+  EXPECT_EQ(ListJobs(study, "READY").at(0).needs_memory_mb(), 0);
+  Fail(Failure(LeaseOne(small), "small", "RESOURCE_EXHAUSTED@train: memory is exhausted"));
+  clock_.Advance(3600);
+  Tick();
+  EXPECT_EQ(ListJobs(study, "READY").at(0).needs_memory_mb(), 6000);
+}
+
 TEST_F(TrainNeedsTest, AlikeJobsAreOneGroupOfWhatTheyNeed) {
   v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
   request.mutable_study()->set_memory_mb(3000);

@@ -50,7 +50,10 @@ const std::map<std::string, std::string>& Rows() {
       {"Coordinator/Forget", "so"},
       {"Coordinator/DrainWorkers", "o"},
       {"Coordinator/SetMaxRunning", "so"},
+      {"Coordinator/SetPriority", "so"},
+      {"Coordinator/RetryJob", "so"},
       {"Coordinator/ListUsers", "sor"},
+      {"Coordinator/Comment", "so"},
       {"Coordinator/ListAttempts", "sor"},
       {"Coordinator/ListAudit", "o"},
       {"Coordinator/OpenPage", "sor"},
@@ -156,13 +159,15 @@ class AccessTest : public FolderTest {
     return FromGrpc(status);
   }
 
-  absl::StatusOr<int64_t> Submit(v1::Coordinator::Stub& coordinator, const std::string& key) const {
+  absl::StatusOr<int64_t> Submit(v1::Coordinator::Stub& coordinator, const std::string& key,
+                                 int priority = 0) const {
     v1::SubmitRequest request;
     v1::StudySpec& study = *request.mutable_study();
     study.set_name("s");
     study.set_seed(3);
     study.set_pairs(4);
     study.set_rigs_per_scene(2);
+    study.set_priority(priority);
     study.add_variants()->set_name("v");
     study.mutable_variants(0)->mutable_config()->set_type(v1::SCENE_TYPE_INDOOR);
     study.mutable_variants(0)->mutable_config()->mutable_rigs()->set_count(2);
@@ -338,6 +343,74 @@ TEST_F(AccessTest, LimitsAreToldAndRefuseByName) {
   EXPECT_EQ(users.users(0).waiting_pairs(), 4);
   EXPECT_EQ(users.users(0).max_studies(), 1);
   EXPECT_EQ(users.users(0).rule(), "submitter *");
+}
+
+TEST_F(AccessTest, ASubmitterRaisesItsOwnStudiesAndOnlySoFar) {
+  const auto ada = v1::Coordinator::NewStub(Channel(Role::kSubmitter, "ada"));
+  const auto bob = v1::Coordinator::NewStub(Channel(Role::kSubmitter, "bob"));
+  const auto olga = v1::Coordinator::NewStub(Channel(Role::kOperator, "olga"));
+  const auto study = Submit(*ada, "one");
+  ASSERT_TRUE(study.ok()) << study.status();
+  const auto raise = [&](v1::Coordinator::Stub& who, int priority) -> absl::StatusOr<int> {
+    grpc::ClientContext context;
+    SetRpcTimeout(context, seconds(20));
+    v1::SetPriorityRequest request;
+    request.set_study_id(*study);
+    request.set_priority(priority);
+    v1::StudyStatus reply;
+    RETURN_IF_ERROR(FromGrpc(who.SetPriority(&context, request, &reply)));
+    return reply.priority();
+  };
+  EXPECT_TRUE(absl::IsPermissionDenied(raise(*bob, 1).status())) << "not bob's";
+  EXPECT_EQ(*raise(*ada, 100), 100);
+  EXPECT_EQ(*raise(*ada, -1000), -1000);
+  const absl::Status refused = raise(*ada, 101).status();
+  EXPECT_TRUE(absl::IsPermissionDenied(refused)) << refused;
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("a submitter gives at most 100"));
+  EXPECT_EQ(*raise(*olga, 1000), 1000);
+  EXPECT_TRUE(absl::IsInvalidArgument(raise(*olga, 1001).status()));
+  EXPECT_TRUE(absl::IsPermissionDenied(Submit(*ada, "high", 101).status())) << "nor at its submit";
+  EXPECT_TRUE(Submit(*olga, "high", 101).ok());
+
+  grpc::ClientContext context;
+  SetRpcTimeout(context, seconds(20));
+  v1::RetryJobRequest retry;
+  retry.set_study_id(*study);
+  retry.set_job_id(1);
+  v1::RetryReply reply;
+  const absl::Status not_bobs = FromGrpc(bob->RetryJob(&context, retry, &reply));
+  EXPECT_THAT(std::string(not_bobs.message()), HasSubstr("was not submitted by 'bob'"));
+}
+
+TEST_F(AccessTest, ACommentIsItsStudysAndSaysWhoseItIs) {
+  const auto ada = v1::Coordinator::NewStub(Channel(Role::kSubmitter, "ada"));
+  const auto study = Submit(*ada, "one");
+  ASSERT_TRUE(study.ok()) << study.status();
+  const auto comment = [&](Role role, const std::string& name,
+                           const std::string& text) -> absl::StatusOr<v1::StudyStatus> {
+    grpc::ClientContext context;
+    SetRpcTimeout(context, seconds(20));
+    v1::StudyRequest request;
+    request.set_study_id(*study);
+    request.set_reason(text);
+    v1::StudyStatus reply;
+    const auto who = v1::Coordinator::NewStub(Channel(role, name));
+    RETURN_IF_ERROR(FromGrpc(who->Comment(&context, request, &reply)));
+    return reply;
+  };
+  EXPECT_TRUE(absl::IsPermissionDenied(comment(Role::kSubmitter, "bob", "mine").status()));
+  EXPECT_TRUE(comment(Role::kSubmitter, "ada", "for the rebuttal").ok());
+  for (const std::string& bad :
+       {std::string(), std::string(1001, 'x'), std::string("two\nlines")}) {
+    EXPECT_TRUE(absl::IsInvalidArgument(comment(Role::kOperator, "olga", bad).status())) << bad;
+  }
+  const auto commented = comment(Role::kOperator, "olga", "not before Monday");
+  ASSERT_TRUE(commented.ok()) << commented.status();
+  ASSERT_EQ(commented->comments_size(), 2);
+  EXPECT_EQ(commented->comments(0).text(), "not before Monday");
+  EXPECT_THAT(commented->comments(0).actor(), HasSubstr("operator olga "));
+  EXPECT_EQ(commented->comments(1).text(), "for the rebuttal");
+  EXPECT_GT(commented->comments(1).unix_s(), 1.7e9);
 }
 
 TEST_F(AccessTest, TheAuditSaysWhoDidWhat) {

@@ -10,7 +10,9 @@ const ACTIONS = {
   pause: { name: "Pause", doing: "Pause this study?", tells: "Nothing new is given to workers. What runs now goes on to its end." },
   resume: { name: "Resume" },
   retry: { name: "Try failed jobs again" },
-  limit: { name: "Limit", doing: "How many jobs may run at a time?", tells: "What runs now goes on. Nothing new begins until there is room. 0: no limit.", number: "Jobs at a time" },
+  limit: { name: "Limit", doing: "How many jobs may run at a time?", tells: "What runs now goes on. Nothing new begins until there is room. 0: no limit.", number: "Jobs at a time", field: "max_running", least: 0, most: 1000000 },
+  priority: { name: "Priority", doing: "Which priority?", tells: "Jobs of studies with a higher one are given to workers first. What runs now goes on.", number: "Priority", field: "priority", least: -1000, most: 1000 },
+  comment: { name: "Comment", doing: "Comment on this study", tells: "All who see the study see it, with your name.", text: "Comment" },
   cancel: { name: "Cancel", doing: "Cancel this study for good?", tells: "Unfinished jobs end, running ones are stopped. Finished pairs stay. This cannot be undone.", danger: true },
   forget: { name: "Forget", doing: "Forget this study?", tells: "Its jobs, its pairs and its networks are removed, but for what other studies use. This cannot be undone.", danger: true },
 };
@@ -21,7 +23,7 @@ function Actions({ study, put }) {
   const [reason, setReason] = useState("");
   const [number, setNumber] = useState(0);
   const [problem, setProblem] = useState("");
-  const act = (action, why) => post(`studies/${study.study_id}/${action}`, { reason: why, ...(ACTIONS[action].number && { max_running: Number(number) }) }).then((after) => {
+  const act = (action, why) => post(`studies/${study.study_id}/${action}`, { reason: why, ...(ACTIONS[action].number && { [ACTIONS[action].field]: Number(number) }) }).then((after) => {
     setProblem("");
     dialog.current.close();
     if (after.forgotten) location.hash = "#/";
@@ -31,7 +33,7 @@ function Actions({ study, put }) {
     if (!ACTIONS[action].doing) return act(action, "");
     setAsked(action);
     setReason("");
-    setNumber(study.max_running);
+    setNumber(study[ACTIONS[action].field]);
     setProblem("");
     return dialog.current.showModal();
   };
@@ -45,9 +47,9 @@ function Actions({ study, put }) {
     <dialog ref=${dialog} aria-labelledby="asks">${asked && html`<form method="dialog" onSubmit=${(e) => { e.preventDefault(); act(asked, reason); }}>
       <h2 id="asks">${chosen.doing}</h2><p>${chosen.tells}</p>
       ${chosen.number && html`<label for="number">${chosen.number}</label>
-      <input id="number" type="number" min="0" max="1000000" required value=${number} onInput=${(e) => setNumber(e.target.value)} autofocus />`}
-      <label for="reason">Reason, for those who wonder later</label>
-      <input id="reason" maxlength="500" value=${reason} onInput=${(e) => setReason(e.target.value)} autofocus=${!chosen.number} />
+      <input id="number" type="number" min=${chosen.least} max=${chosen.most} required value=${number} onInput=${(e) => setNumber(e.target.value)} autofocus />`}
+      <label for="reason">${chosen.text || "Reason, for those who wonder later"}</label>
+      <input id="reason" maxlength="500" required=${!!chosen.text} value=${reason} onInput=${(e) => setReason(e.target.value)} autofocus=${!chosen.number} />
       <div class="buttons"><button type="button" onClick=${() => dialog.current.close()}>Back</button>
         <button class=${chosen.danger ? "danger" : "primary"} data-confirm=${asked}>${chosen.name}</button></div>
     </form>`}</dialog>`;
@@ -139,12 +141,14 @@ export function Study({ numbers: [id] }) {
       <${Fact} name="pairs">${count(study.pairs_done)} <small>of ${count(study.pairs_wanted)}, ${share.toFixed(share < 10 || share >= 99.95 || share === 0 ? 0 : 1)} %</small><//>
       <${Fact} name=${study.finished_unix_s ? "took" : "left"}>${study.finished_unix_s ? duration(study.finished_unix_s - study.submitted_unix_s) : study.eta_s === null ? html`<small>not known yet</small>` : about(study.eta_s)}<//>
       <${Fact} name="submitted">${moment(study.submitted_unix_s)} <small>#${study.study_id}</small><//>
+      ${study.priority !== 0 && html`<${Fact} name="priority">${study.priority}<//>`}
       ${(study.max_running > 0 || study.at_limit) && html`<${Fact} name="limit">${study.max_running > 0 ? html`${plural(study.max_running, "job")} <small>at a time</small>` : ""}
         ${study.at_limit && html` <small class="warn" id="at-limit">${plural(study.held_jobs, "job")} held back by ${study.at_limit}</small>`}<//>`}
       <${Fact} name="jobs"><span class="jobstates">${states.map(([s, n]) => html`<a href="#/study/${id}/jobs?state=${s}" class=${tone(s)}>${count(n)} ${stateWord(s)}</a>`)}</span><//>
     </dl>
     ${(study.causes.length > 0 || gaveUp(study).length > 0) && html`<${Card} title=${study.state === "succeeded" ? "Problems before" : "Problems"} id="problems" kind=${study.state === "succeeded" ? "" : "problem"}><${Problems} study=${study} /><//>`}
     ${study.waiting.length > 0 && html`<${Card} title="Waiting jobs" id="waiting"><${Reasons} waiting=${study.waiting} /><//>`}
+    ${study.comments.length > 0 && html`<${Card} title="Comments" id="comments">${study.comments.map((c) => html`<p key=${c.unix_s}>${c.text} <small class="soft">${c.actor}, ${moment(c.unix_s)}</small></p>`)}<//>`}
     <${Card} title="Variants" id="variants" side=${html`<a href="#/study/${id}/jobs">all jobs</a>`}><${Variants} study=${study} /><//>
     <${Card} title="Newest pairs" id="wall"><${Wall} study=${id} variants=${study.variants.map((v) => v.name)} /><//>
     ${study.trains && html`<${Card} title="Results" id="results"><${Scores} study=${study} /><${ResultTable} study=${study} /><//>`}

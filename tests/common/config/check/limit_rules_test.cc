@@ -41,6 +41,18 @@ TEST(LimitRules, TheNearestRowHoldsAndTakesTheRestFromTheDefault) {
             "max_studies 20");
 }
 
+TEST(LimitRules, PrioritiesMayBeNegative) {
+  const auto rules = LimitRules::Parse(
+      "default: {priority: -3}\nusers: {local: {priority: 7}, submitter ada: {max_studies: 1}}\n",
+      "limits.yaml");
+  ASSERT_TRUE(rules.ok()) << rules.status();
+  EXPECT_EQ(rules->Of("operator olga").priority, -3);
+  EXPECT_EQ(rules->Of("local").priority, 7);
+  EXPECT_EQ(rules->Of("submitter ada").priority, -3);
+  EXPECT_EQ(rules->Describe(),
+            "default: priority -3; local: priority 7; submitter ada: max_studies 1, priority -3");
+}
+
 TEST(LimitRules, AnEmptyFileLimitsNobody) {
   for (const char* yaml : {"", "{}", "# nothing\n"}) {
     const auto rules = LimitRules::Parse(yaml, "limits.yaml");
@@ -58,6 +70,8 @@ TEST(LimitRules, WhatIsWrongIsToldWithItsLine) {
       {"default:\n  max_runing: 3\n", "limits.yaml:2: default.max_runing: no such field"},
       {"default: {max_running: -1}\n", "limits.yaml:1: default.max_running: -1"},
       {"default: {max_running: many}\n", "default.max_running"},
+      {"default: {priority: 1001}\n", "limits.yaml:1: default.priority: 1001"},
+      {"default: {priority: -1001}\n", "limits.yaml:1: default.priority: -1001"},
       {"users:\n  ada: {max_running: 3}\n", "limits.yaml:2: users.ada: not a user"},
       {"users:\n  worker pool: {max_running: 3}\n", "users.worker pool: not a user"},
       {"users: [1]\n", "users: "},

@@ -81,5 +81,28 @@ TEST(Text, SeedsAreWholeNumbersFromZero) {
   }
 }
 
+TEST(NewLines, AreThoseBehindWhatWasSaid) {
+  const struct {
+    const char *before, *now;
+    std::vector<std::string> want;
+  } kCases[] = {
+      {"", "", {}},
+      {"", "a\nb", {"a", "b"}},
+      {"a\nb", "a\nb", {}},
+      {"a\nb", "a\nb\nc", {"c"}},
+      {"a\nb\nc", "b\nc\nd", {"d"}},
+      {"same\nsame", "same\nsame\nsame", {"same"}},
+      {"b\nc", "a\nb\nc\nd", {"d"}},                  // The end that is kept is longer.
+      {"step 1\nste", "step 1\nstep 2", {"step 2"}},  // A line that was not whole.
+      {"first\nsecond\nthird", "ond\nthird\nfourth", {"fourth"}},
+      {"cond\nthird", "first\nsecond\nthird\nfourth", {"fourth"}},
+      {"a\n\nb", "\nb\n\nc", {"", "c"}},
+      {"a\nb", "x\ny", {"...", "x", "y"}},
+  };
+  for (const auto& one : kCases) {
+    EXPECT_EQ(NewLines(one.before, one.now), one.want) << one.before << " | " << one.now;
+  }
+}
+
 }  // namespace
 }  // namespace parallax::client

@@ -1,0 +1,25 @@
+// What the operator of a farm is told of its studies, outside of the page and the command line.
+// Values.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace parallax {
+
+inline constexpr char kNoticeDone[] = "done";        // The study has ended.
+inline constexpr char kNoticeFailed[] = "failed";    // Jobs failed or were quarantined.
+inline constexpr char kNoticeStalled[] = "stalled";  // READY jobs, and none of them runs.
+
+// A notice that is not delivered yet.
+struct Notice {
+  int64_t id = 0;
+  std::string target;  // One of JobQueueOptions::notice_targets.
+  int64_t study = 0;
+  std::string event;
+  double since_unix_s = 0;  // When it first happened.
+  int64_t raised = 1;       // How often it has happened since.
+  int tries = 0;            // Deliveries that failed.
+};
+
+}  // namespace parallax

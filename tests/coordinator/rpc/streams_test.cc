@@ -13,21 +13,6 @@ namespace {
 
 using testing::HasSubstr;
 
-// Its pairs pass all filters.
-class JudgedRunner final : public NoopRunner {
- public:
-  absl::StatusOr<v1::RenderResult> Render(const v1::RenderJob& job, const AttemptFolder& folder,
-                                          const CancelToken& cancel,
-                                          const JobProgressFn& progress) override {
-    ASSIGN_OR_RETURN(v1::RenderResult result, NoopRunner::Render(job, folder, cancel, progress));
-    for (v1::FrameResult& frame : *result.mutable_frames()) {
-      (*frame.mutable_statistics())["mean_intensity"] = 100;
-      (*frame.mutable_statistics())["min_depth_m"] = 1;
-    }
-    return result;
-  }
-};
-
 class StreamsTest : public CoordinatorServerTest {
  protected:
   StreamsTest() { streams_ = v1::Streams::NewStub(*ConnectRpc(*ParseRpcAddress(address_), {})); }
@@ -83,7 +68,7 @@ TEST_F(StreamsTest, ACallWaitsUntilPairsAreMade) {
 
   absl::StatusOr<v1::NextPairsReply> waited;
   std::thread consumer([&] { waited = Next(Request(50)); });
-  JudgedRunner runner;
+  NoopRunner runner;
   StartAgent("w", runner);
   consumer.join();
   ASSERT_TRUE(waited.ok()) << waited.status();

@@ -14,6 +14,10 @@
     client = Client()                              # $PARALLAX_COORDINATOR; see parallax_data.client
     client.watch(client.submit("quickstart"))
 
+    from parallax_data import stream
+    for pair in stream("endless"):                 # as the farm makes them; see parallax_data.streams
+        ...
+
 numpy is needed, the package OpenEXR (or an OpenCV that has OpenEXR), and OpenCV or Pillow for PNG;
 `parallax_data.torch_dataset` needs torch, `Client` needs grpcio and protobuf.
 """
@@ -23,9 +27,10 @@ from .dataset import CLEARNESS, Flow, Frame, Layers, ParallaxDataset, Pair
 from .errors import ParallaxError
 from .exr import read_depth, read_disparity, read_flow, read_normals
 from .masks import EXTERIOR, MIRROR, MIXED, SKY, TRANSPARENT, VEILED
+from .streams import PairStream, stream
 
 __all__ = [
-    "CLEARNESS", "Client", "Flow", "Frame", "Layers", "Pair", "ParallaxDataset", "ParallaxError", "read_depth", "read_disparity",
-    "read_flow", "read_normals", "SKY", "EXTERIOR", "TRANSPARENT", "MIRROR", "MIXED", "VEILED",
+    "CLEARNESS", "Client", "Flow", "Frame", "Layers", "Pair", "PairStream", "ParallaxDataset", "ParallaxError", "read_depth", "read_disparity",
+    "read_flow", "read_normals", "stream", "SKY", "EXTERIOR", "TRANSPARENT", "MIRROR", "MIXED", "VEILED",
 ]
 __version__ = "0.3.0"

@@ -139,8 +139,8 @@ class _Reader:
 
     def _ask(self, **values: Any) -> Any:
         owner = self._owner
-        return self._client.call("Streams.Next", stream=owner.name, consumer=owner.consumer, rank=owner.rank, ranks=owner.ranks,
-                                 acknowledged=self._acknowledged, **values)
+        return self._client.call("Streams.Next", stream=owner.name, consumer=owner.consumer, rank=owner.rank,
+                                 ranks=owner.ranks, acknowledged=self._acknowledged, **values)
 
     def _run(self) -> None:
         try:

@@ -1,13 +1,14 @@
-"""The same as a torch Dataset in RAFT-Stereo's convention."""
+"""The same as torch Datasets in RAFT-Stereo's convention."""
 
 import numpy as np
 import torch
 
 from .dataset import ParallaxDataset
+from .streams import PairStream
 
 
-class TorchStereoDataset(torch.utils.data.Dataset):
-    """Items are (paths, left, right, flow, valid) as RAFT-Stereo's datasets give them: images float32 (3, height,
+class _Convention:
+    """Makes items of pairs: (paths, left, right, flow, valid) as RAFT-Stereo's datasets give them: images float32 (3, height,
     width) in [0, 255]; flow float32 (1, height, width), from a left pixel to its right one: -disparity; valid float32
     (height, width).
 
@@ -16,18 +17,13 @@ class TorchStereoDataset(torch.utils.data.Dataset):
              sign, and returns such
     """
 
-    def __init__(self, *args, augment=None, sign=-1, **options):
+    def __init__(self, augment, sign):
         if sign not in (-1, 1):
             raise ValueError(f"sign {sign!r}: allowed are -1 and 1")
-        self.data = ParallaxDataset(*args, **options)
         self.augment = augment
         self.sign = np.float32(sign)
 
-    def __len__(self):
-        return len(self.data)
-
-    def __getitem__(self, index):
-        pair = self.data[index]
+    def __call__(self, pair):
         left, right, flow, valid = pair.left, pair.right, self.sign * pair.disparity, pair.valid
         if self.augment is not None:
             # Invalid pixels travel as a disparity that no limit lets pass.
@@ -41,3 +37,37 @@ class TorchStereoDataset(torch.utils.data.Dataset):
         return ([path + "/left.png", path + "/right.png", path + "/disparity_left.exr"], to_tensor(left),
                 to_tensor(right), torch.from_numpy(np.ascontiguousarray(flow))[None].float(),
                 torch.from_numpy(np.ascontiguousarray(valid)).float())
+
+
+class TorchStereoDataset(torch.utils.data.Dataset):
+    """Items as _Convention makes them, of ParallaxDataset(*args, **options)."""
+
+    def __init__(self, *args, augment=None, sign=-1, **options):
+        self.item_of = _Convention(augment, sign)
+        self.data = ParallaxDataset(*args, **options)
+
+    def __len__(self):
+        return len(self.data)
+
+    def __getitem__(self, index):
+        return self.item_of(self.data[index])
+
+
+class TorchPairStream(torch.utils.data.IterableDataset):
+    """Items as _Convention makes them, of PairStream(*args, **options). Each worker of a DataLoader is a rank of its own: a
+    loader with W workers on each of R ranks splits the stream in R x W parts. As a loader fetches ahead, `lag` should be what
+    a worker has ahead: prefetch_factor x batch_size; then nothing is lost when the training is killed, and so many pairs come
+    again."""
+
+    def __init__(self, *args, augment=None, sign=-1, rank=0, ranks=1, lag=0, **options):
+        self.item_of = _Convention(augment, sign)
+        self.args, self.options = args, options
+        self.rank, self.ranks, self.lag = rank, ranks, lag
+        self.stream = None  # The PairStream of this process, once it is iterated.
+
+    def __iter__(self):
+        info = torch.utils.data.get_worker_info()
+        number, workers = (info.id, info.num_workers) if info else (0, 1)
+        self.stream = PairStream(*self.args, **self.options, rank=self.rank * workers + number, ranks=self.ranks * workers,
+                                 lag=self.lag)
+        return map(self.item_of, iter(self.stream))

@@ -1,0 +1,215 @@
+"""Streams into Python: the same pairs in the same order whatever is killed meanwhile, parts of ranks, a store that is not seen
+from here, the tar of `parallax stream`, and errors.
+
+python_stream_test.py BIN TREE: BIN is the folder of the programs, TREE the repository."""
+
+import io
+import os
+import random
+import signal
+import subprocess
+import sys
+import tarfile
+import time
+import unittest
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+from python_client_test import BIN, TREE, Farm, end
+
+from parallax_data import ParallaxError, streams
+from parallax_data.streams import PairStream
+
+ENDLESS = """
+study: endless
+seed: 5
+pairs: endless
+rigs_per_scene: 4
+set:
+  floating: {count: 2}
+  rigs: {count: 4, width_px: 64, height_px: 48}
+  render: {profile: preview, samples_per_pixel: 1}
+  filters: {min_mean_intensity: 0, min_depth_m: 0}
+stream: {chunk_pairs: 8, chunks_ahead: 2}
+variants:
+  - {name: rooms, base: indoor}
+  - {name: things, base: dense, set: {floating: {count: 3}, rigs: {count: 4}}}
+"""
+PAIRS = 32
+# A training: it notes each pair with the position behind it, and goes on behind its last note.
+TRAINING = """
+import sys
+from parallax_data import stream
+address, notes = sys.argv[1:]
+lines = open(notes).read().split("\\n")[:-1]
+pairs = stream("endless", address, position=int(lines[-1].split()[1]) if lines else None, patience_s=60)
+with open(notes, "a") as out:
+    for pair in pairs:
+        assert pair.left.shape == (48, 64, 3)
+        after = pair.frame.index["position"] + 1
+        out.write(f"{pair.frame.index['chunk']}/{pair.frame.key} {after}\\n")
+        out.flush()
+"""
+
+
+def key_of(pair):
+    return f"{pair.frame.index['chunk']}/{pair.frame.key}"
+
+
+def take(n, *args, **options):
+    """The keys of the next `n` pairs of a stream."""
+    keys, pairs = [], iter(PairStream(*args, **options))
+    for pair in pairs:
+        keys.append(key_of(pair))
+        if len(keys) == n:
+            break
+    pairs.close()
+    return keys
+
+
+class StreamTest(unittest.TestCase):
+    def setUp(self):
+        self.farm = Farm()
+        self.addCleanup(self.farm.stop)
+
+    def begin(self, workers=1, *more):
+        self.coordinator, self.address = self.farm.serve(*more)
+        self.workers = [self.work() for _ in range(workers)]
+        study = self.farm.folder / "endless.yaml"
+        study.write_text(ENDLESS)
+        subprocess.run([BIN / "parallax", "stream", study, "--coordinator", self.address], check=True, capture_output=True)
+
+    def work(self):
+        return self.farm.start(BIN / "worker", "--role", "all", "--coordinator", self.address, "--threads", "1", "--outbox",
+                               self.farm.folder / "outbox")
+
+    def test_kills_of_anything_change_nothing(self):
+        self.begin()
+        calm = take(PAIRS, "endless", self.address)
+        self.assertEqual(len(set(calm)), PAIRS)
+        self.assertEqual({key.split("/")[1] for key in calm}, {"rooms", "things"})
+        for process in (self.coordinator, *self.workers):
+            end(process)
+
+        # Another farm, of which something is killed all the time.
+        other = Farm()
+        self.addCleanup(other.stop)
+        self.farm = other
+        self.begin()
+        port = self.address
+        notes = other.folder / "notes.txt"
+        notes.touch()
+        training = self.train(notes)
+        chance, kills = random.Random(1), {"coordinator": 0, "worker": 0, "training": 0}
+        until = time.monotonic() + 240
+        while len(notes.read_text().splitlines()) < PAIRS and time.monotonic() < until:
+            time.sleep(chance.uniform(0.5, 1.5))
+            self.assertIsNone(training.poll(), "the training ended by itself")
+            what = chance.choice(list(kills))
+            kills[what] += 1
+            if what == "coordinator":
+                self.kill(self.coordinator)
+                self.coordinator, _ = other.serve(listen=port)
+            elif what == "worker":
+                self.kill(self.workers.pop())
+                self.workers.append(self.work())
+            else:
+                self.kill(training)
+                training = self.train(notes)
+        self.kill(training)
+        delivered = [line.split()[0] for line in notes.read_text().splitlines()]
+        self.assertEqual(delivered[:PAIRS], calm, f"after {kills}")
+
+    def train(self, notes):
+        text = notes.read_text()
+        notes.write_text(text[:text.rfind("\n") + 1])  # Without half a note.
+        process = subprocess.Popen([sys.executable, "-B", "-c", TRAINING, self.address, notes],
+                                   env={**os.environ, "PYTHONPATH": str(TREE / "common/python/parallax_data")})
+        self.farm.processes.append(process)
+        return process
+
+    def kill(self, process):
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        if process.stdout:
+            process.stdout.close()
+        self.farm.processes.remove(process)
+
+    def test_ranks_take_all_pairs_between_them(self):
+        self.begin()
+        whole = take(24, "endless", self.address, consumer="alone")
+        parts = [PairStream("endless", self.address, rank=rank, ranks=2, ahead=2) for rank in (0, 1)]
+        iterators = [iter(part) for part in parts]
+        halves = [[key_of(next(one)) for _ in range(12)] for one in iterators]
+        for one in iterators:
+            one.close()
+        self.assertEqual(halves[0], whole[0::2])
+        self.assertEqual(halves[1], whole[1::2])
+
+    def test_a_consumer_goes_on_behind_what_it_acknowledged_and_a_checkpoint_where_it_was(self):
+        self.begin()
+        whole = take(16, "endless", self.address, consumer="other")
+        self.assertEqual(take(5, "endless", self.address) + take(5, "endless", self.address), whole[:10])
+        pairs = PairStream("endless", self.address, consumer="third")
+        taken = []
+        for pair in pairs:
+            taken.append(key_of(pair))
+            if len(taken) == 4:
+                state = pairs.state_dict()  # Three are used: the fourth is in use.
+            if len(taken) == 8:
+                break
+        again = PairStream("endless", self.address, consumer="third")
+        again.load_state_dict(state)
+        self.assertEqual(key_of(next(iter(again))), whole[3])
+
+    def test_a_store_that_is_not_seen_from_here_comes_through_the_coordinator(self):
+        self.begin()
+        here = next(iter(PairStream("endless", self.address)))
+        with mock.patch.object(streams.os.path, "isdir", lambda path: False):
+            pairs = iter(PairStream("endless", self.address, consumer="far", maps=("normals",)))
+            there = next(pairs)
+            folder = there.frame.path
+            self.assertTrue(folder.exists())
+            np.testing.assert_array_equal(there.left, here.left)
+            np.testing.assert_array_equal(there.disparity, here.disparity)
+            self.assertEqual(there.maps["normals"].shape, (48, 64, 3))
+            next(pairs)
+            self.assertFalse(folder.exists(), "it is used")
+            pairs.close()
+
+    def test_the_tar_has_the_same_pairs(self):
+        self.begin()
+        done = subprocess.run([BIN / "parallax", "stream", "endless", "--tar", "--most", "3", "--coordinator", self.address],
+                              check=True, capture_output=True)
+        with tarfile.open(fileobj=io.BytesIO(done.stdout)) as tar:
+            names = tar.getnames()
+        keys = [name[:-len(".left.png")] for name in names if name.endswith(".left.png")]
+        self.assertEqual(len(keys), 3)
+        for key in keys:
+            for part in ("right.png", "disp.npy", "occ.png", "json"):
+                self.assertIn(f"{key}.{part}", names)
+        expected = take(4, "endless", self.address)
+        self.assertEqual([key.replace("_", "/") for key in keys], expected[:3])
+        more = subprocess.run([BIN / "parallax", "stream", "endless", "--tar", "--most", "1", "--coordinator", self.address],
+                              check=True, capture_output=True)
+        with tarfile.open(fileobj=io.BytesIO(more.stdout)) as tar:
+            self.assertEqual(tar.getnames()[0].split(".")[0].replace("_", "/"), expected[3], "it goes on")
+
+    def test_errors_are_those_of_the_program(self):
+        self.begin(0)
+        with self.assertRaises(ParallaxError) as unknown:
+            next(iter(PairStream("endles", self.address)))
+        self.assertIn('stream "endles" is not known; known are: endless', str(unknown.exception))
+        with self.assertRaises(ValueError):
+            PairStream("endless", self.address, maps=("normal",))
+        end(self.coordinator)
+        began = time.monotonic()
+        with self.assertRaises(ParallaxError) as away:
+            next(iter(PairStream("endless", self.address, patience_s=1)))
+        self.assertEqual(away.exception.code, ParallaxError.UNREACHABLE)
+        self.assertLess(time.monotonic() - began, 60)
+
+
+if __name__ == "__main__":
+    unittest.main()

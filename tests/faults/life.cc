@@ -68,6 +68,8 @@ class Client {
     Drain();
     Limit();
     Repair();
+    Stream();
+    Notice();
   }
 
  private:
@@ -279,6 +281,25 @@ class Client {
     order.set_actor("client");
     (void)queue_.Drain(order, /*undo=*/false);
     (void)queue_.Drain(order, /*undo=*/true);
+  }
+
+  void Stream() {
+    v1::StreamRecord record;
+    record.mutable_study()->set_name("stream");
+    record.set_chunks_forgotten(number_);
+    (void)queue_.KeepStream(record);
+    if (number_ % 2 == 0) (void)queue_.RemoveStream("stream");
+  }
+
+  // What a person says of a study, and what the operator hears of it.
+  void Notice() {
+    (void)queue_.Comment(StudyId{studies_[1]}, "slow", "client");
+    (void)queue_.SetPriority(StudyId{studies_[1]}, number_ % 3, "", "client");
+    (void)queue_.RaiseStalled(StudyId{studies_[1]});
+    const auto notices = queue_.ListNotices(2);
+    if (!notices.ok() || notices->empty()) return;
+    (void)queue_.DelayNotice(notices->back(), 1);
+    (void)queue_.EndNotice(notices->front());
   }
 
   // A bit of a published result has flipped.

@@ -43,6 +43,7 @@ LifeOptions SmallLife(const std::string& folder, FakeClock& clock) {
   life.queue.scenes_ahead = 4;
   life.queue.checkpoint_pages = 40;
   life.queue.readers = 1;
+  life.queue.notice_targets = {"webhook"};
   return life;
 }
 

@@ -22,7 +22,8 @@ inline constexpr std::array kFailPointCommands = {
     "submit",   "cancel", "pause",     "resume",     "retry",         "lease",
     "complete", "fail",   "hand_back", "adopt",      "worker_lost",   "tick",
     "expand",   "settle", "commit",    "checkpoint", "forget_litter", "drain",
-    "forget",   "limit",  "history",   "repair",     "scrub",         "stream"};
+    "forget",   "limit",  "history",   "repair",     "scrub",         "stream",
+    "comment",  "notice", "priority"};
 
 // The fail points of one queue. Used only by its writing thread; must be armed before the queue
 // opens.

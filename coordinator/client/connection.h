@@ -67,8 +67,8 @@ class Connection {
   absl::StatusOr<v1::GetInfoReply> GetInfo();
   absl::StatusOr<v1::ListAuditReply> ListAudit(v1::ListAuditRequest request);
 
-  // The RPCs of the service Streams; see stream.proto. Errors: as all; kAlreadyExists for the name of
-  // a stream with another study.
+  // The RPCs of the service Streams; see stream.proto. Errors: as all; kAlreadyExists for the name
+  // of a stream with another study.
   absl::StatusOr<v1::StreamStatus> OpenStream(const v1::StudySpec& study);
   // Errors: as all; kNotFound for an unknown name. An empty one lists all.
   absl::StatusOr<v1::ListStreamsReply> ListStreams(const std::string& name);

@@ -302,7 +302,8 @@ TEST_F(ApiTest, TellsOfAFarmAtWork) {
   EXPECT_EQ(one["variants"][1]["name"], "wide");
   EXPECT_EQ(one["variants"][1]["pairs_done"], 4);
   EXPECT_EQ(one["variants"][0]["render_jobs"]["succeeded"], 2);
-  EXPECT_THAT(Actions(one), testing::ElementsAre("comment", "forget")) << "nothing else is left to do";
+  EXPECT_THAT(Actions(one), testing::ElementsAre("comment", "forget"))
+      << "nothing else is left to do";
   EXPECT_EQ(client->Get("/api/v1/studies/77")->status, 404);
   EXPECT_EQ(client->Get("/api/v1/studies?limit=0")->status, 400);
   EXPECT_EQ(client->Get("/api/v1/studies/99999999999999999999")->status, 400);

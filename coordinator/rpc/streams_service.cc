@@ -19,6 +19,8 @@ constexpr std::chrono::milliseconds kAskAgain(100);
 constexpr double kTickEvery_s = 1;
 constexpr size_t kMostWaiting = 1024;  // Calls beyond these are answered without pairs at once.
 
+absl::Status Stopping() { return Unavailable("the coordinator is stopping; ask again"); }
+
 }  // namespace
 
 StreamsService::StreamsService(JobQueue& queue, TaskPool& pool, Clock& clock, std::string store_uri,
@@ -46,7 +48,7 @@ void StreamsService::Stop() {
     waiting.swap(waiting_);
   }
   for (const Waiting& call : waiting) {
-    call.reactor->Finish(ToGrpc(Unavailable("the coordinator is stopping; ask again")));
+    call.reactor->Finish(ToGrpc(Stopping()));
     Leave();
   }
   std::unique_lock lock(mu_);
@@ -156,7 +158,9 @@ void StreamsService::Answer(const Waiting& call) {
                        call.context->IsCancelled();
   if (!is_over) {
     std::lock_guard lock(mu_);
-    if (!stopping_ && waiting_.size() < kMostWaiting) {
+    if (stopping_) {
+      next = Stopping();
+    } else if (waiting_.size() < kMostWaiting) {
       waiting_.push_back(call);
       return;
     }

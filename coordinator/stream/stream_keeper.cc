@@ -383,7 +383,7 @@ absl::StatusOr<v1::StreamConsumer*> StreamKeeper::Hear(Stream& stream,
   }
   *is_new = found == nullptr;
   if (*is_new) {  // All of its ranks: what one of them has not asked for yet is kept.
-    const uint64_t begin = BeginOf(OldestRound(stream));
+    const uint64_t begin = request.resume() ? BeginOf(OldestRound(stream)) : request.position();
     for (int rank = 0; rank < request.ranks(); ++rank) {
       v1::StreamConsumer& consumer = *stream.record.add_consumers();
       consumer.set_name(request.consumer());

@@ -31,7 +31,7 @@ set:
   rigs: {count: 4, width_px: 64, height_px: 48}
   render: {profile: preview, samples_per_pixel: 1}
   filters: {min_mean_intensity: 0, min_depth_m: 0}
-stream: {chunk_pairs: 8, chunks_ahead: 2}
+stream: {chunk_pairs: 8, chunks_ahead: 2, keep_s: 600}
 variants:
   - {name: rooms, base: indoor}
   - {name: things, base: dense, set: {floating: {count: 3}, rigs: {count: 4}}}
@@ -102,10 +102,16 @@ class StreamTest(unittest.TestCase):
         notes.touch()
         training = self.train(notes)
         chance, kills = random.Random(1), {"coordinator": 0, "worker": 0, "training": 0}
-        until = time.monotonic() + 240
-        while len(notes.read_text().splitlines()) < PAIRS and time.monotonic() < until:
-            time.sleep(chance.uniform(0.5, 1.5))
+        until, before = time.monotonic() + 400, 0
+        while time.monotonic() < until:
+            # A kill at each third pair, and one every five seconds.
+            at = time.monotonic() + 5
+            while time.monotonic() < at and len(notes.read_text().splitlines()) < before + 3:
+                time.sleep(0.02)
             self.assertIsNone(training.poll(), "the training ended by itself")
+            before = len(notes.read_text().splitlines())
+            if before >= PAIRS:
+                break
             what = chance.choice(list(kills))
             kills[what] += 1
             if what == "coordinator":
@@ -139,7 +145,7 @@ class StreamTest(unittest.TestCase):
     def test_ranks_take_all_pairs_between_them(self):
         self.begin()
         whole = take(24, "endless", self.address, consumer="alone")
-        parts = [PairStream("endless", self.address, rank=rank, ranks=2, ahead=2) for rank in (0, 1)]
+        parts = [PairStream("endless", self.address, rank=rank, ranks=2, ahead=2, position=0) for rank in (0, 1)]
         iterators = [iter(part) for part in parts]
         halves = [[key_of(next(one)) for _ in range(12)] for one in iterators]
         for one in iterators:
@@ -150,8 +156,9 @@ class StreamTest(unittest.TestCase):
     def test_a_consumer_goes_on_behind_what_it_acknowledged_and_a_checkpoint_where_it_was(self):
         self.begin()
         whole = take(16, "endless", self.address, consumer="other")
-        self.assertEqual(take(5, "endless", self.address) + take(5, "endless", self.address), whole[:10])
-        pairs = PairStream("endless", self.address, consumer="third")
+        first = take(5, "endless", self.address, position=0)
+        self.assertEqual(first + take(5, "endless", self.address), whole[:10])
+        pairs = PairStream("endless", self.address, consumer="third", position=0)
         taken = []
         for pair in pairs:
             taken.append(key_of(pair))

@@ -271,6 +271,19 @@ TEST_F(StreamKeeperTest, WhatWasTakenAndNotAcknowledgedComesAgain) {
   EXPECT_EQ(again.pairs(0).frame().path(), lost.pairs(0).frame().path());
 }
 
+TEST_F(StreamKeeperTest, AConsumerMayBeginWithPairsThatAreKept) {
+  v1::StudySpec study = Endless();
+  study.mutable_stream()->set_keep_s(1000);
+  Open(study);
+  const std::vector<std::string> first = Take(9);
+  v1::NextPairsRequest late = Request(0, 1, 2);
+  late.set_consumer("late");
+  late.set_resume(false);
+  EXPECT_EQ(Next(late).pairs(0).frame().path(), first[0]);
+  late.set_resume(true);  // It dies, and goes on where it was.
+  EXPECT_EQ(Next(late).pairs(0).frame().path(), first[0]);
+}
+
 TEST_F(StreamKeeperTest, PairsThatFailAFilterAreNotDelivered) {
   Open(Endless());
   Work(/*mean=*/3);  // The first rig of each scene is dark.

@@ -7,6 +7,7 @@
 
 #include "common/base/edit_distance.h"
 #include "common/base/system/file.h"
+#include "common/base/system/sought_files.h"
 #include "common/config/check/field_rules.h"
 
 namespace parallax::config_internal {
@@ -55,6 +56,7 @@ absl::StatusOr<ConfigText> ReadBuiltin(const std::string& name) {
 // The file at `path`, or the built-in `folder`/`name`.yaml if none exists.
 absl::StatusOr<ConfigText> ReadFileOrBuiltin(const std::string& path, const std::string& folder,
                                              const std::string& name) {
+  NoteSought(path);  // A missing one may come.
   if (IsFile(path)) {
     ASSIGN_OR_RETURN(std::string text, ReadFile(path, kMostBytes));
     return ConfigText{path, std::move(text)};

@@ -40,6 +40,7 @@ constexpr char kExamples[] =
 void RegisterAll(Registry& registry) {
   RegisterRun(registry);
   RegisterPlan(registry);
+  RegisterPreview(registry);
   RegisterView(registry);
   RegisterExport(registry);
   RegisterVerify(registry);

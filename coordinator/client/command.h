@@ -84,6 +84,7 @@ void RegisterFetch(Registry& registry);
 void RegisterStream(Registry& registry);
 void RegisterView(Registry& registry);
 void RegisterPlan(Registry& registry);
+void RegisterPreview(Registry& registry);
 void RegisterExport(Registry& registry);
 void RegisterVerify(Registry& registry);
 void RegisterScene(Registry& registry);   // scene show, scene export

@@ -13,7 +13,7 @@
 #include "common/rpc/revocation.h"
 #include "coordinator/http/api.h"
 #include "coordinator/http/api_json.h"
-#include "coordinator/http/page_files.h"
+#include "coordinator/http/page_replies.h"
 #include "coordinator/http/server/credentials.h"
 #include "coordinator/http/server/peer.h"
 #include "coordinator/http/server/web_server.h"
@@ -31,9 +31,6 @@ constexpr double kEventEvery_s = 2;
 constexpr double kBeatEvery_s = 15;
 constexpr char kCsrfHeader[] = "x-parallax-csrf";  // In lower case, as ServerRequest has it.
 constexpr std::string_view kHealthPath = "/healthz";
-constexpr char kPolicy[] =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
-    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 class HttpServerImpl final : public HttpServer {
  public:
@@ -115,10 +112,7 @@ class HttpServerImpl final : public HttpServer {
         return SetUpTls(dir, context);
       };
     }
-    options.headers = {{"X-Content-Type-Options", "nosniff"},
-                       {"Referrer-Policy", "no-referrer"},
-                       {"Cross-Origin-Resource-Policy", "same-origin"},
-                       {"Content-Security-Policy", kPolicy}};
+    options.headers = PageHeaders();
     return options;
   }
 
@@ -192,7 +186,7 @@ class HttpServerImpl final : public HttpServer {
     if (const absl::Status status = CheckHost(request); !status.ok()) {
       return ErrorFor(status, request);
     }
-    if (const auto file = FileFor(request)) return *file;
+    if (const auto file = PageFileReply(request)) return *file;
     const std::optional<WebCaller> caller = Identify(request);
     std::smatch match;
     for (size_t i = 0; i < routes_.size(); ++i) {
@@ -205,21 +199,6 @@ class HttpServerImpl final : public HttpServer {
         CheckWebAccess({.access = WebAccess::kKnown}, caller ? &*caller : nullptr);
     if (status.ok()) status = NotFound("there is no {}", Quoted(request.path));
     return ErrorFor(status, request);
-  }
-
-  static std::optional<ServerReply> FileFor(const ServerRequest& request) {
-    const auto file = std::find_if(PageFiles().begin(), PageFiles().end(),
-                                   [&](const PageFile& one) { return one.path == request.path; });
-    if (file == PageFiles().end() || request.method != "GET") return std::nullopt;
-    ServerReply reply;
-    reply.reply.type = std::string(file->type);
-    reply.reply.headers = {{"Cache-Control", "no-cache"}, {"ETag", std::string(file->etag)}};
-    if (request.Header("if-none-match") == file->etag) {
-      reply.reply.status = 304;
-    } else {
-      reply.reply.body = std::string(file->bytes);
-    }
-    return reply;
   }
 
   ServerReply Serve(const WebRoute& route, const std::smatch& match, const ServerRequest& request,

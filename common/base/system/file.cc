@@ -9,10 +9,12 @@
 #include <filesystem>
 
 #include "common/base/system/memory_budget.h"
+#include "common/base/system/sought_files.h"
 
 namespace parallax {
 
 absl::StatusOr<std::string> ReadFile(const std::string& path, size_t max_bytes) {
+  NoteSought(path);
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (fd < 0) return ErrnoError(errno, "open " + path);
   std::string bytes;

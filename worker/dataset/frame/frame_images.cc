@@ -1,5 +1,9 @@
 #include "worker/dataset/frame/frame_images.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "common/config/frame_files.h"
 #include "common/image/io.h"
 
 namespace parallax {
@@ -27,6 +31,14 @@ absl::Status ReadInto(absl::StatusOr<ImageType> (*read)(const std::string&),
 }
 
 }  // namespace
+
+ImageF3 LightOf(const View& view, float exposure) {
+  ImageF3 light = view.radiance;
+  for (float& value : light.values()) {
+    value = std::isfinite(value) ? std::clamp(value * exposure, 0.0f, kMostLight) : 0.0f;
+  }
+  return light;
+}
 
 std::map<std::string, FrameImage> ImagesOf(const StereoFrame& frame) {
   std::map<std::string, FrameImage> images;

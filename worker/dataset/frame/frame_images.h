@@ -20,6 +20,10 @@ using FrameImage =
 // that were not made are empty. For hdr_*.exr it is the radiance before exposure.
 std::map<std::string, FrameImage> ImagesOf(const StereoFrame& frame);
 
+// Returns a view's linear light with the exposure of its 8-bit picture, finite and at most
+// kMostLight, which half floats can hold: hdr_*.exr.
+ImageF3 LightOf(const View& view, float exposure);
+
 // Encodes an image as the row says. Errors: kInternal for an image of another type than the
 // encoding's; as Encode*.
 absl::StatusOr<std::string> EncodeMap(const FrameMap& row, const FrameImage& image);

@@ -30,15 +30,6 @@ struct Output {
   std::function<absl::StatusOr<std::string>()> encode;
 };
 
-// Encodes linear light with the exposure of the 8-bit picture, within the range of a half float.
-absl::StatusOr<std::string> EncodeLight(const View& view, float exposure) {
-  ImageF3 light = view.radiance;
-  for (float& value : light.values()) {
-    value = std::isfinite(value) ? std::clamp(value * exposure, 0.0f, kMostLight) : 0.0f;
-  }
-  return EncodeExrHalfRgb(light);
-}
-
 // Refuses an image that is not of its camera's size.
 absl::Status CheckSize(const FrameMap& row, const std::string& file, const FrameImage& image,
                        const v1::Rig& rig, bool is_left) {
@@ -74,7 +65,8 @@ absl::StatusOr<std::vector<Output>> OutputsOf(const FrameJob& job) {
       if (!wanted) continue;
       if (row.map == FrameMap::kKeepHdr) {
         const View& view = is_left ? job.frame.left : job.frame.right;
-        outputs.push_back({file, [&] { return EncodeLight(view, job.frame.exposure); }});
+        outputs.push_back(
+            {file, [&] { return EncodeExrHalfRgb(LightOf(view, job.frame.exposure)); }});
       } else {
         outputs.push_back({file, [&row, image = found->second] { return EncodeMap(row, image); }});
       }

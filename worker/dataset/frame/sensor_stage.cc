@@ -7,6 +7,7 @@
 #include "common/config/config.h"
 #include "common/config/frame_files.h"
 #include "common/image/io.h"
+#include "worker/dataset/frame/frame_images.h"
 #include "worker/dataset/frame/frame_json.h"
 #include "worker/dataset/frame/frame_reader.h"
 
@@ -105,34 +106,54 @@ EyeMotion MotionOf(const SensorDraw& draw, const PairFacts& pair, int eye) {
   return motion;
 }
 
+// Returns what a frame keeps of one eye; its depth only if that is asked for.
+using ViewOfEye = std::function<absl::StatusOr<LinearView>(int eye, bool with_depth)>;
+
+ViewOfEye FromFiles(const PathOfFile& path_of) {
+  return [path_of](int eye, bool with_depth) -> absl::StatusOr<LinearView> {
+    LinearView view;
+    absl::StatusOr<ImageF3> light = ReadExrRgb(path_of(kLinearFiles[eye]));
+    if (absl::IsNotFound(light.status())) {
+      return FailedPrecondition(
+          "a sensor makes its pictures of linear ones, and the frame keeps none (render.keep_hdr): "
+          "{}",
+          light.status().message());
+    }
+    RETURN_IF_ERROR(light.status());
+    view.light = *std::move(light);
+    if (with_depth) {
+      ASSIGN_OR_RETURN(view.depth_m, ReadExrY(path_of(kDepthFiles[eye])));
+    }
+    return view;
+  };
+}
+
+ViewOfEye FromMemory(const StereoFrame& frame) {
+  return [&frame](int eye, bool with_depth) -> absl::StatusOr<LinearView> {
+    const View& rendered = eye == 0 ? frame.left : frame.right;
+    LinearView view{.light = LightOf(rendered, frame.exposure)};
+    if (with_depth) view.depth_m = rendered.depth_m;
+    return view;
+  };
+}
+
 absl::StatusOr<ImageRgb8> TakeEye(const SensorDraw& draw, const PairFacts& pair, int eye,
-                                  const PathOfFile& path_of) {
-  LinearView view;
-  absl::StatusOr<ImageF3> light = ReadExrRgb(path_of(kLinearFiles[eye]));
-  if (absl::IsNotFound(light.status())) {
-    return FailedPrecondition(
-        "a sensor makes its pictures of linear ones, and the frame keeps none (render.keep_hdr): "
-        "{}",
-        light.status().message());
-  }
-  RETURN_IF_ERROR(light.status());
-  view.light = *std::move(light);
-  view.motion = MotionOf(draw, pair, eye);
-  if (draw.defocus_px > 0 || !view.motion.IsStill()) {
-    ASSIGN_OR_RETURN(view.depth_m, ReadExrY(path_of(kDepthFiles[eye])));
-  }
+                                  const ViewOfEye& view_of) {
+  const EyeMotion motion = MotionOf(draw, pair, eye);
+  ASSIGN_OR_RETURN(LinearView view, view_of(eye, draw.defocus_px > 0 || !motion.IsStill()));
+  view.motion = motion;
   const uint32_t rig = eye == 0 ? pair.frame.rig : pair.rig;
   return TakePicture(draw, {pair.frame.seed, rig, eye}, std::move(view));
 }
 
 absl::StatusOr<SensorPictures> TakeBoth(const SensorDraw& draw, const PairFacts& pair,
-                                        const PathOfFile& path_of) {
+                                        const ViewOfEye& view_of) {
   if (draw.exposure_ms > 0 && !pair.motion_told) {
     return DataLoss("frame.json says no motion of its path, which sensor.exposure_ms needs");
   }
   absl::StatusOr<ImageRgb8> left = ImageRgb8(), right = ImageRgb8();
-  tbb::parallel_invoke([&] { left = TakeEye(draw, pair, 0, path_of); },
-                       [&] { right = TakeEye(draw, pair, 1, path_of); });
+  tbb::parallel_invoke([&] { left = TakeEye(draw, pair, 0, view_of); },
+                       [&] { right = TakeEye(draw, pair, 1, view_of); });
   RETURN_IF_ERROR(left.status());
   RETURN_IF_ERROR(right.status());
   return SensorPictures{*std::move(left), *std::move(right)};
@@ -168,7 +189,7 @@ absl::StatusOr<std::map<std::string, std::string>> MakeSensorFiles(const v1::Sen
   if (!json.is_object()) return DataLoss("{}: not JSON", path_of("frame.json"));
   ASSIGN_OR_RETURN(const PairFacts pair, FactsOfFrame(json));
   const SensorDraw draw = DrawSensor(config, pair.frame);
-  ASSIGN_OR_RETURN(const SensorPictures pictures, TakeBoth(draw, pair, path_of));
+  ASSIGN_OR_RETURN(const SensorPictures pictures, TakeBoth(draw, pair, FromFiles(path_of)));
 
   json[kSensorEntry] = {{"key", key}, {"version", kSensorVersion}, {"preset", config.preset()}};
   json[kSensorEntry].update(DrawJson(draw));
@@ -193,7 +214,20 @@ absl::StatusOr<SensorPictures> RepeatSensor(const Json& frame_json, const std::s
   ASSIGN_OR_RETURN(const SensorDraw draw,
                    DrawOfJson(frame_json.value(kSensorEntry, Json::object())));
   ASSIGN_OR_RETURN(const PairFacts pair, FactsOfFrame(frame_json));
-  return TakeBoth(draw, pair, [&dir](const std::string& name) { return dir + "/" + name; });
+  return TakeBoth(draw, pair,
+                  FromFiles([&dir](const std::string& name) { return dir + "/" + name; }));
+}
+
+absl::StatusOr<SensorPictures> TakeSensor(const v1::SensorConfig& config, const v1::Scene& scene,
+                                          const v1::Rig& rig, const StereoFrame& frame,
+                                          double scale) {
+  // The facts are read as they are from a frame on disk.
+  ASSIGN_OR_RETURN(const std::string json, FrameJson(scene, rig, frame, {}, {}));
+  ASSIGN_OR_RETURN(const PairFacts pair, FactsOfFrame(Json::parse(json)));
+  SensorDraw draw = DrawSensor(config, pair.frame);
+  draw.psf_sigma_px *= scale;
+  draw.defocus_px *= scale;
+  return TakeBoth(draw, pair, FromMemory(frame));
 }
 
 }  // namespace parallax

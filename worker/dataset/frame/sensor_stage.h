@@ -14,6 +14,8 @@
 #include "common/base/status.h"
 #include "parallax/v1/config.pb.h"
 #include "parallax/v1/jobs.pb.h"
+#include "parallax/v1/scene.pb.h"
+#include "worker/render/camera/stereo_frame.h"
 #include "worker/sensor/take_picture.h"
 
 namespace parallax {
@@ -45,5 +47,12 @@ struct SensorPictures {
 // kDataLoss for an entry "sensor" that lacks a number.
 absl::StatusOr<SensorPictures> RepeatSensor(const nlohmann::ordered_json& frame_json,
                                             const std::string& dir);
+
+// Takes the pictures of a frame in memory. `rig` and `frame` are `scale` times as large as those of
+// the study, and so are the sensor's blurs; its noise is that of a pixel. Errors: as TypeOf and
+// TakePicture.
+absl::StatusOr<SensorPictures> TakeSensor(const v1::SensorConfig& config, const v1::Scene& scene,
+                                          const v1::Rig& rig, const StereoFrame& frame,
+                                          double scale = 1);
 
 }  // namespace parallax

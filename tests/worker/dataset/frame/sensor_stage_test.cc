@@ -103,6 +103,34 @@ TEST_F(SensorStageTest, MakesPicturesOfKeptLightAndLeavesTheTruth) {
   }
 }
 
+double MeanDifference(const ImageRgb8& a, const ImageRgb8& b) {
+  double sum = 0;
+  for (size_t i = 0; i < a.values().size(); ++i) {
+    sum += std::abs(double{a.values()[i]} - double{b.values()[i]});
+  }
+  return sum / static_cast<double>(a.values().size());
+}
+
+// Kept light is rounded to half floats, so that a step of a pixel may differ.
+TEST_F(SensorStageTest, AFrameInMemoryGivesTheSamePicturesAndASmallOneLessBlur) {
+  Run("webcam");
+  const v1::SensorConfig sensor = study_.variants(0).config().sensor();
+  const v1::Rig& rig = scene_.rigs(0);
+  StereoFrame frame = RenderSyntheticFrame(scene_, rig);
+  GiveLight(frame);
+  const auto taken = TakeSensor(sensor, scene_, rig, frame);
+  ASSERT_TRUE(taken.ok()) << taken.status();
+  EXPECT_LT(MeanDifference(taken->right, *DecodePngRgb8(Bytes("right.png"))), 0.5);
+  v1::SensorConfig blurred;
+  TakeSensorPreset("ideal", &blurred);
+  blurred.mutable_psf_sigma_px()->set_constant(4);
+  const auto sharp = TakeSensor(blurred, scene_, rig, frame, 0.01);
+  const auto soft = TakeSensor(blurred, scene_, rig, frame, 1);
+  ASSERT_TRUE(sharp.ok() && soft.ok()) << sharp.status() << soft.status();
+  EXPECT_LT(MeanDifference(sharp->left, frame.left.color), 1);
+  EXPECT_GT(MeanDifference(soft->left, frame.left.color), 2);
+}
+
 TEST_F(SensorStageTest, ShakenRigsBlurTheirPicturesAndSayTheirMotion) {
   Run("ideal");
   const std::string sharp = Bytes("left.png");

@@ -1,6 +1,7 @@
 #include "coordinator/queue/database_tools.h"
 
 #include <filesystem>
+#include <memory>
 
 #include "coordinator/queue/database/backup.h"
 #include "coordinator/queue/database/database_file.h"
@@ -9,30 +10,42 @@
 #include "coordinator/queue/reads/auditor.h"
 
 namespace parallax {
+namespace {
+
+// Its end puts the log into the file, if the disk lets it.
+struct HeldDatabase {
+  ~HeldDatabase() {
+    if (db != nullptr) PutLogAway(*db, *lock).IgnoreError();
+  }
+  std::unique_ptr<DatabaseLock> lock;
+  std::unique_ptr<SqliteConnection> db;
+};
+
+}  // namespace
 
 absl::StatusOr<std::vector<std::string>> AuditDatabaseFile(const std::string& db_path) {
   if (!std::filesystem::exists(db_path)) {
     return NotFound("database {}: no such file", db_path);
   }
-  ASSIGN_OR_RETURN(const auto lock, DatabaseLock::Acquire(db_path));
-  RETURN_IF_ERROR(lock->NoteLog(false));  // Closing puts all of it into the file.
-  ASSIGN_OR_RETURN(const auto db, OpenWriter(db_path, ""));
-  ASSIGN_OR_RETURN(const auto version, db->Integer("PRAGMA user_version"));
+  HeldDatabase held;
+  ASSIGN_OR_RETURN(held.lock, DatabaseLock::Acquire(db_path));
+  ASSIGN_OR_RETURN(held.db, OpenWriter(db_path, ""));
+  ASSIGN_OR_RETURN(const auto version, held.db->Integer("PRAGMA user_version"));
   if (version.value_or(0) != NewestSchemaVersion()) {
     return FailedPrecondition("database {} has schema version {}, this program checks version {}",
                               db_path, version.value_or(0), NewestSchemaVersion());
   }
-  return AuditDatabase(*db, KindRegistry::Builtin());
+  return AuditDatabase(*held.db, KindRegistry::Builtin());
 }
 
 absl::Status VisitStoredOutputs(
     const std::string& db_path,
     const std::function<absl::Status(const std::vector<JobKind::OutputFile>&)>& visit) {
-  ASSIGN_OR_RETURN(const auto lock, DatabaseLock::Acquire(db_path));
-  RETURN_IF_ERROR(lock->NoteLog(false));  // Closing puts all of it into the file.
-  ASSIGN_OR_RETURN(const auto db, OpenWriter(db_path, ""));
+  HeldDatabase held;
+  ASSIGN_OR_RETURN(held.lock, DatabaseLock::Acquire(db_path));
+  ASSIGN_OR_RETURN(held.db, OpenWriter(db_path, ""));
   const KindRegistry& kinds = KindRegistry::Builtin();
-  SqliteQuery results(*db, "SELECT stage, bytes FROM results WHERE bytes IS NOT NULL");
+  SqliteQuery results(*held.db, "SELECT stage, bytes FROM results WHERE bytes IS NOT NULL");
   while (results.Next()) {
     for (size_t i = 0; i < kinds.size(); ++i) {
       const auto files = kinds.at(i).StoredFiles(results.Text(0), results.Blob(1));

@@ -40,10 +40,9 @@ class JobQueue::Impl {
               options_.lease_s * (options_.unsafe_for_test.expire_early ? 0.5 : 1)) {}
   ~Impl() {
     readers_.reset();
-    // Closing puts the log into the file and removes it.
-    if (db_ == nullptr || !EmptyLog(*db_).ok()) return;
-    if (const absl::Status status = lock_->NoteLog(false); !status.ok()) {
-      LogWarning("the database's log will be missed", {{"error", status}});
+    if (db_ == nullptr) return;
+    if (const absl::Status status = PutLogAway(*db_, *lock_); !status.ok()) {
+      LogWarning("the database's log stays beside it", {{"error", status}});
     }
   }
 

@@ -53,8 +53,8 @@ absl::Status AssertPragma(SqliteConnection& db, const char* sql, std::string_vie
 
 absl::Status Configure(SqliteConnection& db, bool writer) {
   sqlite3_db_config(db.raw(), SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
-  // Readers may not checkpoint even by closing; the writer's last close may.
-  sqlite3_db_config(db.raw(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, writer ? 0 : 1, nullptr);
+  // Closing removes no log that is noted as needed: PutLogAway does.
+  sqlite3_db_config(db.raw(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
   sqlite3_busy_timeout(db.raw(), writer ? 0 : 1000);
   if (writer) RETURN_IF_ERROR(db.Text("PRAGMA journal_mode = WAL").status());
   RETURN_IF_ERROR(db.Execute(
@@ -185,11 +185,13 @@ absl::StatusOr<std::unique_ptr<SqliteConnection>> OpenWriter(const std::string& 
   return db;
 }
 
-absl::Status EmptyLog(SqliteConnection& db) {
+absl::Status PutLogAway(SqliteConnection& db, DatabaseLock& lock) {
   const int code =
       sqlite3_wal_checkpoint_v2(db.raw(), nullptr, SQLITE_CHECKPOINT_TRUNCATE, nullptr, nullptr);
-  return code == SQLITE_OK ? absl::OkStatus()
-                           : Unavailable("checkpoint: {}", sqlite3_errmsg(db.raw()));
+  if (code != SQLITE_OK) return Unavailable("checkpoint: {}", sqlite3_errmsg(db.raw()));
+  RETURN_IF_ERROR(lock.NoteLog(false));
+  sqlite3_db_config(db.raw(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 0, nullptr);
+  return absl::OkStatus();
 }
 
 absl::StatusOr<std::unique_ptr<SqliteConnection>> OpenReader(const std::string& path,

@@ -25,8 +25,8 @@ class DatabaseLock {
   static absl::StatusOr<std::unique_ptr<DatabaseLock>> Acquire(const std::string& db_path);
   ~DatabaseLock();
   // Notes in "<db>.lock" whether the log has commits that the file lacks, so that it must be there
-  // if this process is killed. Say so after the first commit, and take it back before the last
-  // connection closes. Errors: those of the file system.
+  // if this process is killed. Say so after the first commit; PutLogAway takes it back. Errors:
+  // those of the file system.
   absl::Status NoteLog(bool is_needed);
   DatabaseLock(const DatabaseLock&) = delete;
   DatabaseLock& operator=(const DatabaseLock&) = delete;
@@ -53,8 +53,10 @@ absl::Status CheckLocalFileSystem(const std::string& db_path);
 // does not hold.
 absl::StatusOr<std::unique_ptr<SqliteConnection>> OpenWriter(const std::string& path,
                                                              const std::string& vfs);
-// Puts the whole log into the file. Errors: the database's; kUnavailable while others read.
-absl::Status EmptyLog(SqliteConnection& db);
+// Puts the whole log into the file, and notes that. Then closing `db`, a writer that is the last
+// connection, removes the log; without this it stays. Errors: kUnavailable while others read, or if
+// the disk errs; those of NoteLog.
+absl::Status PutLogAway(SqliteConnection& db, DatabaseLock& lock);
 // Opens a query_only connection, which never checkpoints. Errors: the database's.
 absl::StatusOr<std::unique_ptr<SqliteConnection>> OpenReader(const std::string& path,
                                                              const std::string& vfs);

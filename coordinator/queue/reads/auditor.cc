@@ -1,6 +1,10 @@
 #include "coordinator/queue/reads/auditor.h"
 
 #include <fmt/core.h>
+#include <sqlite3.h>
+
+#include <charconv>
+#include <string_view>
 
 #include "coordinator/study/rigs.h"
 
@@ -228,10 +232,27 @@ absl::Status Collect(SqliteConnection& db, const char* name, const char* sql, Vi
   return WithContext(query.status(), name);
 }
 
+// SQLite tells a page that the disk did not give as it tells damage, by the number of the error.
+bool TellsOfADiskThatErrs(std::string_view finding) {
+  constexpr std::string_view kCode = "error code=";
+  for (size_t at = 0; (at = finding.find(kCode, at)) != std::string_view::npos;) {
+    at += kCode.size();
+    int code = 0;
+    std::from_chars(finding.data() + at, finding.data() + finding.size(), code);
+    if ((code & 0xff) == SQLITE_IOERR && code != SQLITE_IOERR_DATA) return true;
+  }
+  return false;
+}
+
 absl::Status CheckFile(SqliteConnection& db, Violations& out) {
-  SqliteQuery integrity(db, "PRAGMA integrity_check(10)");
+  constexpr const char* kSql = "PRAGMA integrity_check(10)";
+  SqliteQuery integrity(db, kSql);
   while (integrity.Next()) {
-    if (integrity.Text(0) != "ok") out.push_back("integrity: " + std::string(integrity.Text(0)));
+    const std::string_view finding = integrity.Text(0);
+    if (TellsOfADiskThatErrs(finding)) {
+      return Unavailable("database: disk I/O error (in: {})", kSql);
+    }
+    if (finding != "ok") out.push_back("integrity: " + std::string(finding));
   }
   RETURN_IF_ERROR(integrity.status());
   SqliteQuery keys(db, "PRAGMA foreign_key_check");

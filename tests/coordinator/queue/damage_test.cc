@@ -1,8 +1,11 @@
 // Files that are not as the queue has left them: a page that the disk has changed, a log that is
 // gone.
+#include <sqlite3.h>
+
 #include <fstream>
 
 #include "common/base/system/file.h"
+#include "coordinator/queue/database/database_file.h"
 #include "coordinator/queue/database/page_checksum.h"
 #include "coordinator/queue/database_tools.h"
 #include "queue_fixture.h"
@@ -100,6 +103,69 @@ TEST_F(DamageTest, ALogThatWasPutIntoTheDatabaseIsNotMissed) {
   EXPECT_TRUE(AuditDatabaseFile(path).ok());
   EXPECT_FALSE(fs::exists(path + "-wal"));
   EXPECT_TRUE(Open(path).ok()) << "it was looked at";
+}
+
+// A disk that sometimes does not give a page after the second.
+struct ErringDisk {
+  static inline int errors = 0;  // To come.
+  static inline const sqlite3_io_methods* real = nullptr;
+  static inline sqlite3_io_methods methods{};
+
+  static int Read(sqlite3_file* file, void* bytes, int amount, sqlite3_int64 offset) {
+    constexpr sqlite3_int64 kPageBytes = 4096;
+    if (errors > 0 && offset >= 2 * kPageBytes) {
+      --errors;
+      return SQLITE_IOERR_READ;
+    }
+    return real->xRead(file, bytes, amount, offset);
+  }
+  static int Open(sqlite3_vfs* vfs, sqlite3_filename name, sqlite3_file* file, int flags,
+                  int* out_flags) {
+    const auto system = static_cast<sqlite3_vfs*>(vfs->pAppData);
+    const int code = system->xOpen(system, name, file, flags, out_flags);
+    if (code != SQLITE_OK || (flags & SQLITE_OPEN_MAIN_DB) == 0) return code;
+    real = file->pMethods;
+    methods = *real;
+    methods.xRead = Read;
+    file->pMethods = &methods;
+    return code;
+  }
+};
+
+TEST_F(DamageTest, ADiskThatErrsInAnAuditIsNoDamage) {
+  Submit({.pairs = 40});
+  queue_.reset();  // All of it is in the file.
+  sqlite3_vfs* const system = sqlite3_vfs_find(nullptr);
+  sqlite3_vfs vfs = *system;
+  vfs.zName = "erring";
+  vfs.pAppData = system;
+  vfs.xOpen = ErringDisk::Open;
+  sqlite3_vfs_register(&vfs, 0);
+  {
+    JobQueueOptions options = options_;
+    options.vfs = "erring";
+    const auto queue = JobQueue::Open(options);
+    ASSERT_TRUE(queue.ok()) << queue.status();
+    ErringDisk::errors = 1;
+    const auto found = (*queue)->Check();
+    EXPECT_EQ(found.status().code(), absl::StatusCode::kUnavailable) << found.status();
+    EXPECT_THAT(std::string(found.status().message()), HasSubstr("database: disk I/O error"));
+    EXPECT_THAT(*(*queue)->Check(), testing::IsEmpty());
+  }
+  sqlite3_vfs_unregister(&vfs);
+}
+
+// As the disk's errors make a start do.
+TEST_F(DamageTest, AStartThatGivesUpEarlyLeavesTheLog) {
+  Submit({.name = "acknowledged"});
+  const std::string path = Killed();
+  {
+    const auto lock = DatabaseLock::Acquire(path);
+    ASSERT_TRUE(lock.ok() && OpenWriter(path, "").ok());
+  }
+  EXPECT_TRUE(fs::exists(path + "-wal"));
+  const absl::Status status = Open(path);
+  EXPECT_TRUE(status.ok()) << status;
 }
 
 }  // namespace

@@ -121,6 +121,7 @@ absl::Status SimCoordinator::OpenOrPutBack() {
   if (!lies) return OpenQueue();
   SetVfsPlan({.lose_unsynced = true, .seed = dice_.Bits64(), .in_process = true});
   const std::string what = liar_.Tell(world_.knobs.lie, dice_, clock_.UnixSeconds());
+  model_.DiskLies();
   world_.story.Tell("coordinator: {}", what);
   if (world_.knobs.lie == Lie::kOlder) clock_.JumpWall(86400);
   const absl::Status status = OpenQueue();

@@ -31,8 +31,9 @@ void QueueModel::Complain(const std::string& what) {
 
 void QueueModel::Expect(const absl::Status& status, const std::string& what) {
   const std::string line(status.message());
-  const bool of_disk = absl::IsDataLoss(status) || absl::IsUnavailable(status) ||
-                       absl::IsResourceExhausted(status) || absl::IsFailedPrecondition(status);
+  const bool of_disk = (files_changed_ && absl::IsDataLoss(status)) ||
+                       absl::IsUnavailable(status) || absl::IsResourceExhausted(status) ||
+                       absl::IsFailedPrecondition(status);
   const bool is_clear =
       !line.empty() && line.find('\n') == std::string::npos &&
       (line.find("database") != std::string::npos || line.find("checkpoint") != std::string::npos);

@@ -33,6 +33,8 @@ class QueueModel {
   void Died();
   // The database of then has been put back. Fences stay given.
   void Rewind(const QueueModel& then);
+  // Somebody has changed its files. Before, no database counts as damaged.
+  void DiskLies() { files_changed_ = true; }
 
   // ---- Clients. Begins: the command has come; Ends: it was answered with success.
   enum class Order { kCancel, kPause, kResume, kRetry, kForget };
@@ -126,6 +128,7 @@ class QueueModel {
   std::vector<std::string> complaints_;
   int64_t done_ = 0;
   int64_t stale_ = 0;
+  bool files_changed_ = false;
 };
 
 }  // namespace parallax::faults

@@ -52,6 +52,13 @@ class Variant(Counts):
     problems: List[Problem]          # The newest first, at most 10.
 
 
+@dataclass(frozen=True)
+class Comment:
+    unix_s: float
+    actor: str  # Who wrote it.
+    text: str
+
+
 @dataclass(frozen=True, repr=False)
 class Study(Counts):
     study_id: int
@@ -60,12 +67,14 @@ class Study(Counts):
     user: str
     running: int
     max_running: int
+    priority: int
     at_limit: str
     held_jobs: int
     waiting: List[Waiting]
     submitted_unix_s: float
     finished_unix_s: float  # 0 while it runs.
     variants: List[Variant]
+    comments: List[Comment]  # The newest first, at most 20; only of one study's status.
 
     def __repr__(self) -> str:
         return f"Study({self.study_id}, {self.name!r}, {self.state}, {self.pairs_done}/{self.pairs_wanted} pairs)"
@@ -199,6 +208,7 @@ def study_of(message: Any) -> Study:
     name = states[message.state].name if message.state in states else str(message.state)
     return of_message(
         Study, message, variants=variants, waiting=[of_message(Waiting, one) for one in message.waiting],
+        comments=[of_message(Comment, one) for one in message.comments],
         state=name.replace("STUDY_STATE_", "").lower(), running=sum(sum_of.get("leased", 0) for variant in variants
                                                                     for sum_of in variant.jobs.values()),
         **{count: sum(getattr(variant, count) for variant in variants) for count in _COUNTS})

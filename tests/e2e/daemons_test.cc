@@ -14,6 +14,7 @@
 #include "parallax/v1/service.grpc.pb.h"
 #include "tests/e2e/process.h"
 #include "tests/folder_test.h"
+#include "tests/sqlite_by_hand.h"
 
 namespace parallax {
 namespace {
@@ -255,11 +256,10 @@ TEST_F(DaemonsTest, ADatabaseFromTheFutureIsRefused) {
   StartCoordinator();
   coordinator_->Signal(SIGTERM);
   ASSERT_EQ(coordinator_->Wait(), 0);
-  // The schema's version stands big-endian at byte 60 of the file.   Source: SQLite's file format.
-  std::fstream file(dir_ + "/queue.db", std::ios::in | std::ios::out | std::ios::binary);
-  file.seekp(60);
-  file.write("\0\0\x27\x0f", 4);
-  file.close();
+  sqlite3* const db = OpenByHand(dir_ + "/queue.db");
+  ASSERT_NE(db, nullptr);
+  EXPECT_EQ(sqlite3_exec(db, "PRAGMA user_version = 9999", nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(db);
   ExpectRefusal(ServeCommand(), 4, "9999");
 }
 

@@ -294,7 +294,8 @@ class Client {
   // What a person says of a study, and what the operator hears of it.
   void Notice() {
     (void)queue_.Comment(StudyId{studies_[1]}, "slow", "client");
-    (void)queue_.SetPriority(StudyId{studies_[1]}, number_ % 3, "", "client");
+    (void)queue_.SetPriority(StudyId{studies_[1]}, 5, "", "client");
+    (void)queue_.SetPriority(StudyId{studies_[1]}, 6, "", "client");
     (void)queue_.RaiseStalled(StudyId{studies_[1]});
     const auto notices = queue_.ListNotices(2);
     if (!notices.ok() || notices->empty()) return;

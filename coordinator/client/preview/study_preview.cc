@@ -27,9 +27,8 @@
 #include "worker/scene/solve_scene.h"
 
 namespace parallax::client {
-namespace {
-
-constexpr uint32_t kMostSeeds = 5;  // Of a variant whose seeds are rejected.
+// Types of members, which must not be of an unnamed namespace.
+namespace preview_internal {
 
 // A layout or a scene, or why its seed has none.
 template <typename Message>
@@ -67,6 +66,16 @@ struct PreviewEntry {
   std::string layout_key, scene_key;
   Solved<v1::Scene> solved;
 };
+
+}  // namespace preview_internal
+
+namespace {
+
+using preview_internal::ByKey;
+using preview_internal::PreviewEntry;
+using preview_internal::Solved;
+
+constexpr uint32_t kMostSeeds = 5;  // Of a variant whose seeds are rejected.
 
 absl::StatusOr<v1::StudySpec> LoadAsStudy(const PreviewOptions& options) {
   ASSIGN_OR_RETURN(const bool is_study, IsStudy(options.file));

@@ -3,6 +3,7 @@
 #include <sqlite3.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <map>
@@ -18,6 +19,7 @@ constexpr int kHeaderBytes = 100;  // What SQLite reads of a file to know it.
 constexpr int kReservedAt = 20;    // In the header: the bytes at a page's end that it spares.
 constexpr char kMagic[] = "SQLite format 3";
 constexpr int kLeastPageBytes = 512;
+constexpr int kMostPageBytes = 65536;
 
 struct CheckedFile {
   sqlite3_file base;
@@ -47,7 +49,8 @@ uint64_t StoredIn(const char* page, int bytes) {
 }
 
 bool IsPage(int bytes, sqlite3_int64 offset) {
-  return bytes >= kLeastPageBytes && (bytes & (bytes - 1)) == 0 && offset % bytes == 0;
+  return bytes >= kLeastPageBytes && bytes <= kMostPageBytes && (bytes & (bytes - 1)) == 0 &&
+         offset % bytes == 0;
 }
 
 // A page that was never written has none.
@@ -86,8 +89,9 @@ int Write(sqlite3_file* file, const void* bytes, int amount, sqlite3_int64 offse
   if (!Checked(file)->has_checksums || !IsPage(amount, offset)) {
     return Real(file)->pMethods->xWrite(Real(file), bytes, amount, offset);
   }
-  thread_local std::vector<char> copy;
-  copy.assign(page, page + amount);
+  // On the stack: the last pages are written when the process ends, after its threads' variables.
+  std::array<char, kMostPageBytes> copy;
+  std::memcpy(copy.data(), page, static_cast<size_t>(amount));
   const uint64_t sum = ChecksumOf(page, amount, offset);
   std::memcpy(copy.data() + amount - kChecksumBytes, &sum, sizeof(sum));
   return Real(file)->pMethods->xWrite(Real(file), copy.data(), amount, offset);

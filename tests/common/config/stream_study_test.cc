@@ -36,11 +36,10 @@ TEST(StreamStudyTest, EndlessPairsHaveTheDefaultsOfAStream) {
 }
 
 TEST(StreamStudyTest, TheLockFileReadsBackToTheSameStudy) {
-  const auto study =
-      ParseStudy(std::string(kEndless) +
-                     "stream:\n  chunk_pairs: 60\n  uses: 4\n  keep_s: 90\n"
-                     "  mix: [{variant: rooms, weight: 3, until_pair: 600}, {variant: land}]\n",
-                 "drive.yaml");
+  const std::string stream =
+      "stream:\n  chunk_pairs: 60\n  uses: 4\n  keep_s: 90\n"
+      "  mix: [{variant: rooms, weight: 3, until_pair: 600}, {variant: land}]\n";
+  const auto study = ParseStudy(kEndless + stream, "drive.yaml");
   ASSERT_TRUE(study.ok()) << study.status();
   auto again = ParseStudy(StudyToYaml(*study), "study.lock.yaml");
   ASSERT_TRUE(again.ok()) << again.status();

@@ -33,7 +33,7 @@ TEST(MotionBlur, ShiftsAreThoseOfPointsProjectedFromAMovedEye) {
   m.velocity_m_s = {0.4, -0.2, 0.7};
   m.turn_rad_s = {0.1, 0.3, -0.2};
   for (const double depth : {0.5, 3.0, 1e6}) {
-    for (const Vec2d at : {Vec2d(10, 50), Vec2d(64, 32), Vec2d(120, 5)}) {
+    for (const Vec2d& at : {Vec2d(10, 50), Vec2d(64, 32), Vec2d(120, 5)}) {
       const Vec3d point =
           depth * Vec3d((at.x() - m.cx_px) / m.fx_px, (at.y() - m.cy_px) / m.fy_px, 1);
       const Vec2d moved =

@@ -106,7 +106,7 @@ TEST_F(RetentionTest, TheOldestGoWhileTheResultsTakeTooMuch) {
 
 TEST_F(RetentionTest, WhatAnotherStudyUsesCountsOnceAndStays) {
   const StudyId old = Ended("old", 1, 4);
-  const StudyId same = Ended("same", 1, 4);  // All its pairs are those of `old`.
+  Ended("same", 1, 4);  // All its pairs are those of `old`.
   const StudyId running = Submit({.name = "running", .seed = 1, .pairs = 8, .rigs_per_scene = 2});
   const int64_t pair = BytesOf(old) / 4;
   const auto janitor = Keeping({.keep_bytes = 1});

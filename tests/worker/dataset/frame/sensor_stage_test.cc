@@ -106,7 +106,7 @@ TEST_F(SensorStageTest, MakesPicturesOfKeptLightAndLeavesTheTruth) {
 double MeanDifference(const ImageRgb8& a, const ImageRgb8& b) {
   double sum = 0;
   for (size_t i = 0; i < a.values().size(); ++i) {
-    sum += std::abs(double{a.values()[i]} - double{b.values()[i]});
+    sum += std::abs(static_cast<double>(a.values()[i]) - static_cast<double>(b.values()[i]));
   }
   return sum / static_cast<double>(a.values().size());
 }

@@ -323,6 +323,7 @@ TEST_F(StreamKeeperTest, ClosingCancelsAndForgetsAndFreesTheName) {
   EXPECT_TRUE(absl::IsAlreadyExists(keeper_->Open(Endless(), "a").status()));
   Restart();
   TickStreams();
+  Restart();
   EXPECT_TRUE(absl::IsNotFound(keeper_->List("drive").status()));
   const auto studies = queue_->ListStudies(100);
   ASSERT_TRUE(studies.ok());

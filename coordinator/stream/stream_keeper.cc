@@ -21,6 +21,7 @@ constexpr double kLookEvery_s = 0.2;
 constexpr int kFramesAtOnce = 10'000;
 constexpr int kMostPairs = 1024;  // In a reply.
 constexpr int kUsualPairs = 64;
+constexpr int kMostConsumers = 4096;  // The most ranks of all consumers of a stream.
 
 // Returns the key under which a chunk is submitted. The time tells it from a chunk of an earlier
 // stream of the name.
@@ -382,7 +383,19 @@ absl::StatusOr<v1::StreamConsumer*> StreamKeeper::Hear(Stream& stream,
     if (consumer.rank() == request.rank()) found = &consumer;
   }
   *is_new = found == nullptr;
-  if (*is_new) {  // All of its ranks: what one of them has not asked for yet is kept.
+  if (*is_new) {
+    const int64_t round = StreamPosition::Of(request.position()).round;
+    if (!request.resume() && round > stream.chunks_begun()) {
+      return OutOfRange("consumer '{}' begins with pairs of round {}, and round {} is not made",
+                        request.consumer(), round, stream.chunks_begun());
+    }
+    if (stream.record.consumers_size() + request.ranks() > kMostConsumers) {
+      return ResourceExhausted(
+          "stream '{}' has {} ranks of consumers, {} more ask, allowed are {} in all: take a name "
+          "that a consumer had before",
+          stream.study().name(), stream.record.consumers_size(), request.ranks(), kMostConsumers);
+    }
+    // All of its ranks: what one of them has not asked for yet is kept.
     const uint64_t begin = request.resume() ? BeginOf(OldestRound(stream)) : request.position();
     for (int rank = 0; rank < request.ranks(); ++rank) {
       v1::StreamConsumer& consumer = *stream.record.add_consumers();

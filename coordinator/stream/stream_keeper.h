@@ -49,7 +49,7 @@ class StreamKeeper {
   // Returns pairs and keeps the acknowledgement, durably if it is a new one. Without pairs the
   // reply says what it waits for: ask again. Errors: kNotFound for an unknown or closed stream;
   // kInvalidArgument for another number of ranks than the consumer has; kOutOfRange for a position
-  // whose pairs are forgotten.
+  // whose pairs are forgotten, or are far from made; kResourceExhausted for too many consumers.
   absl::StatusOr<v1::NextPairsReply> Next(const v1::NextPairsRequest& request);
 
   // Submits and forgets chunks as the consumers need. Call it every second or so. Errors: the
@@ -69,8 +69,8 @@ class StreamKeeper {
   using Round = std::vector<const v1::StreamedPair*>;  // In the order of delivery.
   struct Stream {
     v1::StreamRecord record;
-    std::map<int64_t, Chunk> chunks;  // Those that were begun and are not forgotten.
-    std::map<int64_t, Round> rounds;  // Those that consumers asked for.
+    std::map<int64_t, Chunk> chunks;  // Begun, and not forgotten.
+    std::map<int64_t, Round> rounds;  // Consumers have asked for them.
     // When ranks were last heard, by (consumer, rank). A restart hears all of them.
     std::map<std::pair<std::string, int>, SteadyTime> heard;
     std::string needs;  // Why no chunk can be begun.

@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr double kLineEvery_s = 10;  // Of progress.
+constexpr double kLineEvery_s = 10;  // Time between lines of progress.
 
 struct PreviewCommandOptions {
   PreviewOptions preview;
@@ -145,7 +145,7 @@ class PreviewRun {
   // Writes the sheet and tells of it.
   absl::Status Finish(const Preview& preview) {
     ASSIGN_OR_RETURN(std::string png, EncodePng(SheetOf(options_.preview.file, preview)));
-    // Whoever looks at the file never sees half of it.
+    // A reader of the file sees the old sheet or the new one, never half of one.
     RETURN_IF_ERROR(WriteFile(part_, png));
     std::error_code error;
     fs::rename(part_, options_.out, error);

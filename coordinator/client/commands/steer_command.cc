@@ -13,7 +13,7 @@ namespace {
 
 struct SteerOptions {
   std::string study;
-  std::string reason;  // Of `comment`: its text.
+  std::string reason;  // For `comment`, the comment's text.
   bool yes = false;    // Used by `forget`.
   int64_t job = 0;     // Used by `retry`; 0: all failed ones.
   int priority = 0;

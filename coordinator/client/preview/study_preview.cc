@@ -75,7 +75,7 @@ using preview_internal::ByKey;
 using preview_internal::PreviewEntry;
 using preview_internal::Solved;
 
-constexpr uint32_t kMostSeeds = 5;  // Of a variant whose seeds are rejected.
+constexpr uint32_t kMostSeeds = 5;  // A variant tries so many seeds that are rejected.
 
 absl::StatusOr<v1::StudySpec> LoadAsStudy(const PreviewOptions& options) {
   ASSIGN_OR_RETURN(const bool is_study, IsStudy(options.file));

@@ -12,14 +12,14 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::chrono::milliseconds kBusyLook(50), kIdleLook(150);
-constexpr int kMostEntries = 20'000;  // Of a folder; more are not looked at.
+constexpr int kMostEntries = 20'000;  // The most entries of a folder that are watched.
 
 size_t Mix(size_t a, size_t b) { return (a ^ b) * 0x9e3779b97f4a7c15u; }
 
 size_t StampOfEntry(const std::string& path) {
   struct stat info {};
   if (::stat(path.c_str(), &info) != 0) return 0;
-  if (S_ISDIR(info.st_mode)) return 1;  // What is in it speaks for itself.
+  if (S_ISDIR(info.st_mode)) return 1;  // The stamps of its entries show changes.
   size_t stamp = Mix(1, static_cast<size_t>(info.st_ino));
   stamp = Mix(stamp, static_cast<size_t>(info.st_mtim.tv_sec));
   stamp = Mix(stamp, static_cast<size_t>(info.st_mtim.tv_nsec));

@@ -5,8 +5,7 @@
 // page's place. It is written with the page and compared at each read from the database's file.
 // (The log has SQLite's own checksums.) Databases that were made without such bytes have none.
 //
-// Whoever writes a page without this VFS, as the program `sqlite3` does, leaves a checksum that is
-// wrong.
+// A program that writes a page without this VFS, as `sqlite3` does, leaves a wrong checksum.
 #pragma once
 
 #include <string>
@@ -23,8 +22,8 @@ inline constexpr char kWrongPage[] =
 // Returns the name of the VFS that does so over the VFS named `base` (empty: the system's), and
 // registers it if it is new. Reading a wrong page is SQLITE_IOERR_DATA. Thread-safe.
 std::string ChecksumVfs(const std::string& base);
-// Of a connection that was opened through such a VFS: makes room for checksums in the pages of a
-// database that has no pages yet. Does nothing to any other.
+// Makes room for checksums in the pages of a database that has no pages yet; changes no other
+// database. The connection must have been opened through such a VFS.
 void ReserveChecksums(sqlite3* db);
 // The same: returns whether the database's pages have checksums.
 bool HasChecksums(sqlite3* db);

@@ -361,6 +361,23 @@ TEST_F(StreamKeeperTest, AConsumerKeepsItsNumberOfRanks) {
               HasSubstr("consumer 'train' has 2 ranks, and one of 3 asks"));
 }
 
+TEST_F(StreamKeeperTest, AConsumerThatLiesBeginsNoChunksAndFillsNoDatabase) {
+  Open(Endless());
+  v1::NextPairsRequest far = Request();
+  far.set_resume(false);
+  far.set_position(StreamPosition{.round = 1'000'000, .place = 0}.Packed());
+  EXPECT_TRUE(absl::IsOutOfRange(keeper_->Next(far).status()));
+  far = Request();
+  far.set_acknowledged(StreamPosition{.round = 1'000'000, .place = 0}.Packed());
+  EXPECT_TRUE(absl::IsOutOfRange(keeper_->Next(far).status()));
+  v1::NextPairsRequest many = Request(0, 5000);
+  many.set_consumer("many");
+  EXPECT_TRUE(absl::IsResourceExhausted(keeper_->Next(many).status()));
+  TickStreams();
+  EXPECT_EQ(Status().chunks_begun(), 3);
+  EXPECT_EQ(Status().consumers_size(), 1);
+}
+
 TEST_F(StreamKeeperTest, AUsersLimitIsSaidAndWaitedFor) {
   options_.limits = *LimitRules::Parse("default: {max_studies: 2}\n", "limits.yaml");
   Restart();

@@ -51,8 +51,8 @@ void ConfigErrors::Add(const Origin& origin, std::string_view what) {
   const size_t file = static_cast<size_t>(known - files_.begin());
   if (known == files_.end()) files_.push_back(origin.file);
   std::string text = origin.file;
-  if (origin.line > 0) text += fmt::format(":{}", origin.line);
-  text += ": ";
+  if (!text.empty() && origin.line > 0) text += fmt::format(":{}", origin.line);
+  if (!text.empty()) text += ": ";
   // Keys of a file that are no field stand in a path as they came.
   if (!origin.path.empty()) text += Printable(origin.path) + ": ";
   told_.emplace(file, origin.path);

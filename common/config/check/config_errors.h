@@ -39,7 +39,8 @@ class Origins {
 // The errors of one load. Not thread-safe.
 class ConfigErrors {
  public:
-  // Adds one error, unless the same is there. `what` says what was seen and what is allowed.
+  // Adds one error, unless the same is there. `what` says what was seen and what is allowed. An
+  // origin without a file stands for a value that is in none: its text begins with the path.
   void Add(const Origin& origin, std::string_view what);
   // Adds the findings of checks in a message that was read from `file` and the files that it names.
   // A value that the reader has already reported is not reported again.

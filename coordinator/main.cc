@@ -20,6 +20,7 @@
 #include "common/base/version.h"
 #include "common/store/store.h"
 #include "coordinator/client/runs/page_table.h"
+#include "coordinator/client/runs/score_trials.h"
 #include "coordinator/init.h"
 #include "coordinator/queue/database_tools.h"
 #include "coordinator/queue/job_queue.h"
@@ -389,6 +390,7 @@ int Main(int argc, char** argv) {
   if (!level.ok()) return End({level.status(), kExitUsage});
   InitLogging({.json = line.log_json, .level = *level, .program = "coordinator"});
   line.serve.table = PageTable;
+  line.serve.scores = ScoreTrials;
   if (serve->parsed()) return End(Serve(line.serve));
   if (init->parsed()) return End(Init(line.init));
   if (check->parsed()) return End(Check(line.check));

@@ -246,8 +246,14 @@ ProgramError Serve(const ServeOptions& options) {
   }
   if (!queue.ok()) return ExplainOpenError(queue.status(), options.db);
 
-  auto server =
-      CoordinatorServer::Start(ServerOptionsOf(options, *security, budget->rpc, **store), **queue);
+  CoordinatorServerOptions server_options =
+      ServerOptionsOf(options, *security, budget->rpc, **store);
+  if (options.scores != nullptr) {
+    server_options.scorer = [&](const ScoreQuery& query) {
+      return options.scores(**queue, **store, query);
+    };
+  }
+  auto server = CoordinatorServer::Start(server_options, **queue);
   if (!server.ok()) return ListenError(server.status());
   Janitor janitor(**queue, **store, (*server)->content(),
                   {.lease_s = options.lease_s,

@@ -8,6 +8,7 @@
 
 #include "common/base/status.h"
 #include "coordinator/exit_status.h"
+#include "coordinator/search/trial_scores.h"
 
 namespace parallax {
 
@@ -42,6 +43,9 @@ struct ServeOptions {
   double notify_stall_min = 30;    // Minutes without a running job that are a stall; 0: never.
   // Makes the table of results of a study for the page; null: the page shows none.
   std::function<absl::StatusOr<std::string>(JobQueue&, const Store&, int64_t study)> table;
+  // Scores the studies of searches; null: this coordinator doesn't search.
+  std::function<absl::StatusOr<std::vector<TrialScore>>(JobQueue&, const Store&, const ScoreQuery&)>
+      scores;
   const KindRegistry* kinds = nullptr;  // Null: the program's own. Must outlive the call.
 };
 

@@ -262,6 +262,18 @@ absl::StatusOr<v1::ForgetReply> JobQueue::Forget(StudyId study, std::string_view
   });
 }
 
+absl::StatusOr<bool> JobQueue::CancelAndForget(StudyId study, std::string_view reason,
+                                               std::string_view actor) {
+  const absl::Status cancelled = Cancel(study, reason, actor);
+  if (!cancelled.ok() && !absl::IsFailedPrecondition(cancelled) && !absl::IsNotFound(cancelled)) {
+    return cancelled;
+  }
+  const absl::Status forgotten = Forget(study, reason, actor).status();
+  if (absl::IsFailedPrecondition(forgotten)) return false;
+  if (!forgotten.ok() && !absl::IsNotFound(forgotten)) return forgotten;
+  return true;
+}
+
 absl::Status JobQueue::Drain(const v1::DrainOrder& order, bool undo) {
   return impl_->Do("drain", [&](Machine& machine) { return machine.limits().Drain(order, undo); });
 }

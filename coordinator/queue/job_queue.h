@@ -236,6 +236,10 @@ class JobQueue {
   // ended.
   absl::StatusOr<v1::ForgetReply> Forget(StudyId study, std::string_view reason,
                                          std::string_view actor);
+  // Cancels a study, whatever its state, and forgets it. Returns false while jobs of it still run:
+  // call again. True for one that is gone already. Errors: the database's.
+  absl::StatusOr<bool> CancelAndForget(StudyId study, std::string_view reason,
+                                       std::string_view actor);
   // Orders that workers whose names match `order.pattern` (CheckDrainPattern) get no leases, or
   // undoes that order. The queue only stores the orders and tells the observer. Errors: kNotFound
   // if there is no such order to undo.

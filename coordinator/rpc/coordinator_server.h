@@ -19,6 +19,7 @@
 #include "common/base/system/clock.h"
 #include "common/rpc/endpoint.h"
 #include "coordinator/rpc/storage/scrubber.h"
+#include "coordinator/search/trial_scores.h"
 #include "parallax/v1/service.pb.h"
 
 namespace parallax {
@@ -60,6 +61,8 @@ struct CoordinatorServerOptions {
   // Seconds after which a worker's stream without a Hello is ended.
   double hello_s = 10;
   ListenerLimits connections;
+  // Reads what the studies of searches have shown; null: this coordinator doesn't search.
+  TrialScorer scorer;
   Clock* clock = &Clock::System();
 };
 

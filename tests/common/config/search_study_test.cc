@@ -311,6 +311,14 @@ TEST(SearchStudyTest, ValuesAreTriedUnderTheirConditions) {
       "    sensor.white_e: {range: [100, 1000], when: {sensor.preset: webcam}}\n");
 }
 
+TEST(SearchStudyTest, AFieldMayCountForSomeTrialsOnly) {
+  Parsed(
+      "search:\n"
+      "  space:\n"
+      "    materials.mode: {choice: [none, one_diffuse]}\n"
+      "    materials.diffuse_material: {choice: [Wood, Plastic]}\n");
+}
+
 class ExtendedSearchTest : public FolderTest {};
 
 TEST_F(ExtendedSearchTest, AFileMayNarrowTheSearchOfAnotherOrHaveVariantsInstead) {
@@ -326,6 +334,11 @@ TEST_F(ExtendedSearchTest, AFileMayNarrowTheSearchOfAnotherOrHaveVariantsInstead
   EXPECT_EQ(narrow->search().space(0).low(), 5);
   EXPECT_EQ(narrow->search().space(1).path(), "furniture.enabled");
   EXPECT_EQ(narrow->search().trials(), 9);
+  const auto chosen =
+      ParseStudy("extends: camera.yaml\nsearch: {space: {floating.count: {choice: [5, 10]}}}\n",
+                 dir_ + "/chosen.yaml");
+  ASSERT_TRUE(chosen.ok()) << chosen.status();
+  EXPECT_FALSE(chosen->search().space(0).has_low());
   const auto best =
       ParseStudy("extends: camera.yaml\nvariants: [{name: best, set: {floating: {count: 7}}}]\n",
                  dir_ + "/best.yaml");

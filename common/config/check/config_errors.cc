@@ -47,9 +47,7 @@ void ConfigErrors::Add(const Origin& origin, std::string_view what) {
     ++dropped_;
     return;
   }
-  const auto known = std::find(files_.begin(), files_.end(), origin.file);
-  const size_t file = static_cast<size_t>(known - files_.begin());
-  if (known == files_.end()) files_.push_back(origin.file);
+  const size_t file = IndexOf(origin.file);
   std::string text = origin.file;
   if (!text.empty() && origin.line > 0) text += fmt::format(":{}", origin.line);
   if (!text.empty()) text += ": ";
@@ -59,6 +57,13 @@ void ConfigErrors::Add(const Origin& origin, std::string_view what) {
   text += what;
   // A tree that is merged into several messages has the same errors each time.
   if (texts_.insert(text).second) errors_.push_back({file, origin.line, std::move(text)});
+}
+
+size_t ConfigErrors::IndexOf(const std::string& file) {
+  const auto known = std::find(files_.begin(), files_.end(), file);
+  const auto index = static_cast<size_t>(known - files_.begin());
+  if (known == files_.end()) files_.push_back(file);
+  return index;
 }
 
 bool ConfigErrors::WasTold(const Origin& origin) const {

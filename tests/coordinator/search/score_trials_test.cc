@@ -1,4 +1,4 @@
-#include "coordinator/client/runs/score_trials.h"
+#include "coordinator/client/scores/score_trials.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

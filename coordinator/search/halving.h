@@ -25,7 +25,8 @@ std::vector<v1::SearchTrial> Entrants(const v1::SearchRecord& record);
 
 // Enters what the rung has shown of its trials, and says why those that go on to no further rung
 // don't. `scores` has one for each entrant, by the names of variants; trials in `failed`, by name
-// with the reason, have none. Returns an error, and changes nothing, if a score is missing.
+// with the reason, have none. Errors: kFailedPrecondition if a score is missing; nothing is
+// changed then.
 absl::Status EndRung(const std::vector<TrialScore>& scores,
                      const std::map<std::string, std::string>& failed, v1::SearchRecord& record);
 

@@ -114,41 +114,21 @@ std::string TrialName(int number) {
 }
 
 absl::Status CheckSearch(const v1::StudySpec& search) {
-  const auto& name = search.name();
   if (!search.has_search()) {
-    return InvalidArgument("study '{}' has no `search`, which says what is varied and how", name);
+    return InvalidArgument("study '{}' has no `search`, which says what is varied and how",
+                           search.name());
   }
   const auto variants = std::count_if(search.variants().begin(), search.variants().end(),
                                       [](const v1::VariantSpec& one) { return !one.heldout(); });
   if (variants != 1) {
     return InvalidArgument(
-        "study '{}': {} variants, wanted 1, the default that trials are compared with", name,
-        variants);
+        "study '{}': {} variants, wanted 1, the default that trials are compared with",
+        search.name(), variants);
   }
-  if (!search.has_train()) {
-    return InvalidArgument("study '{}': no `train`; trials are judged by what they train", name);
-  }
-  if (search.train().mixtures_size() > 0) {
-    return InvalidArgument(
-        "study '{}': train.mixtures, wanted none: each trial is one training set", name);
-  }
-  const v1::SearchSpec spec = SearchOf(search);
-  if (spec.space().empty()) return InvalidArgument("study '{}': search.space is empty", name);
-  if (spec.sampler() != "sobol") {
+  const std::string sampler = SearchOf(search).sampler();
+  if (sampler != "sobol") {
     return InvalidArgument("study '{}': search.sampler '{}' is not known here; known is: sobol",
-                           name, spec.sampler());
-  }
-  if (SearchedBenchmarks(search).empty()) {
-    return InvalidArgument("study '{}': search.benchmarks: none is left that confirm does not have",
-                           name);
-  }
-  const bool shortens = std::any_of(spec.rungs().begin(), spec.rungs().end(),
-                                    [](const v1::SearchRung& rung) { return rung.steps() < 1; });
-  if (shortens && search.train().steps() == 0 && search.train().minutes() == 0) {
-    return InvalidArgument(
-        "study '{}': train.steps and train.minutes are 0, wanted one of them: rungs train for a "
-        "share of it",
-        name);
+                           search.name(), sampler);
   }
   return absl::OkStatus();
 }
@@ -165,6 +145,7 @@ Names SearchedBenchmarks(const v1::StudySpec& search) {
   for (const v1::OwnBenchmark& own : search.evaluate().own_benchmarks()) {
     if (!Has(held, own.name())) names.push_back(own.name());
   }
+  if (names.empty() && !Has(held, kHeldoutName)) names.push_back(kHeldoutName);
   return names;
 }
 

@@ -24,12 +24,13 @@ const v1::VariantSpec& DefaultOf(const v1::StudySpec& search);
 // Returns the name of a trial's variant: "default", "trial-001".
 std::string TrialName(int number);
 
-// Checks what the coordinator needs beyond the rules of ValidateStudy. Errors: kInvalidArgument
-// that names the field.
+// Checks what the rules of ValidateStudy leave to the coordinator, which all others have passed.
+// Errors: kInvalidArgument that names the field.
 absl::Status CheckSearch(const v1::StudySpec& search);
 
-// Returns the benchmarks, also the search's own ones, whose mean error is made small, and those of
-// the confirmation.
+// Returns the benchmarks whose mean error is made small: those that the study names for it; else
+// all that the confirmation does not have; the held-out pairs only if there is no other. And those
+// of the confirmation.
 std::vector<std::string> SearchedBenchmarks(const v1::StudySpec& search);
 std::vector<std::string> ConfirmedBenchmarks(const v1::StudySpec& search);
 

@@ -67,7 +67,8 @@ v1::SearchRecord Continued(const v1::SearchRecord& before, const v1::StudySpec& 
   v1::SearchRecord record = before;
   const bool was_stopped = !record.stopped().empty();
   const bool more_trials = static_cast<int>(trials.size()) > record.trials_size();
-  const bool other_budget = record.study().search().core_hours() != study.search().core_hours();
+  const bool other_budget = EndedRungs(record) < SearchOf(study).rungs_size() &&
+                            record.study().search().core_hours() != study.search().core_hours();
   *record.mutable_study() = study;
   record.clear_stopped();
   if (more_trials || other_budget || was_stopped) DropConfirmation(record);
@@ -130,6 +131,8 @@ absl::StatusOr<v1::SearchStatus> SearchKeeper::Open(const v1::StudySpec& given,
     record.mutable_trials()->Assign(trials.begin(), trials.end());
   } else {
     const v1::SearchRecord& before = found->second.record;
+    // A study that was submitted before a crash, and not yet entered, is entered first.
+    RETURN_IF_ERROR(Step(found->second));
     if (before.forget()) {
       return AlreadyExists("search '{}' is being removed; try again soon", study.name());
     }
@@ -160,6 +163,7 @@ absl::StatusOr<v1::SearchStatus> SearchKeeper::Stop(const std::string& name,
                                                     const std::string& reason, bool forget) {
   std::lock_guard lock(mu_);
   ASSIGN_OR_RETURN(Search * search, Find(name));
+  RETURN_IF_ERROR(Step(*search));  // As in Open.
   v1::SearchRecord record = search->record;
   if (record.stopped().empty() && !IsOver(record)) {
     record.set_stopped(reason.empty() ? "stopped" : reason);
@@ -175,11 +179,11 @@ absl::StatusOr<std::vector<v1::SearchStatus>> SearchKeeper::List(const std::stri
   RETURN_IF_ERROR(Load());
   std::vector<v1::SearchStatus> all;
   if (!name.empty()) {
-    ASSIGN_OR_RETURN(const Search* search, Find(name));
+    ASSIGN_OR_RETURN(Search * search, Find(name));
     all.push_back(StatusOf(*search, /*whole=*/true));
     return all;
   }
-  for (const auto& [other, search] : searches_) all.push_back(StatusOf(search, /*whole=*/false));
+  for (auto& [other, search] : searches_) all.push_back(StatusOf(search, /*whole=*/false));
   return all;
 }
 
@@ -232,7 +236,7 @@ absl::Status SearchKeeper::Step(Search& search) {
   search.waits_for.clear();
   search.has_failed = false;
   const v1::SearchRecord& record = search.record;
-  if (!record.stopped().empty() || IsOver(record)) return absl::OkStatus();
+  if (scorer_ == nullptr || !record.stopped().empty() || IsOver(record)) return absl::OkStatus();
   if (EndedRungs(record) < record.rung_studies_size()) return LookAtRung(search);
   if (!record.over().empty()) return Confirm(search);
   const std::string over = WhyOver(record);
@@ -242,21 +246,25 @@ absl::Status SearchKeeper::Step(Search& search) {
   return Keep(search, std::move(ended));
 }
 
-absl::StatusOr<std::optional<int64_t>> SearchKeeper::Submit(Search& search, v1::StudySpec study) {
-  v1::SubmitRequest request;
-  request.set_idempotency_key(NextKeyOf(search.record));
-  *request.mutable_study() = std::move(study);
-  const absl::StatusOr<v1::SubmitReply> reply = queue_.Submit(request, search.record.actor());
+absl::StatusOr<std::optional<int64_t>> SearchKeeper::Submit(
+    Search& search, const absl::StatusOr<v1::StudySpec>& study) {
+  absl::StatusOr<v1::SubmitReply> reply = study.status();
+  if (study.ok()) {
+    v1::SubmitRequest request;
+    request.set_idempotency_key(NextKeyOf(search.record));
+    *request.mutable_study() = *study;
+    reply = queue_.Submit(request, search.record.actor());
+  }
   if (reply.ok()) return reply->study_id();
-  search.needs = fmt::format("study {} can't be submitted: {}", request.study().name(),
-                             ToStd(reply.status().message()));
+  search.needs =
+      fmt::format("its next study can't be submitted: {}", ToStd(reply.status().message()));
   return std::nullopt;
 }
 
 absl::Status SearchKeeper::BeginRung(Search& search) {
-  ASSIGN_OR_RETURN(v1::StudySpec study,
-                   RungStudy(search.study(), EndedRungs(search.record), Entrants(search.record)));
-  ASSIGN_OR_RETURN(const std::optional<int64_t> id, Submit(search, std::move(study)));
+  ASSIGN_OR_RETURN(const std::optional<int64_t> id,
+                   Submit(search, RungStudy(search.study(), EndedRungs(search.record),
+                                            Entrants(search.record))));
   if (!id) return absl::OkStatus();
   v1::SearchRecord record = search.record;
   record.add_rung_studies(*id);
@@ -349,8 +357,8 @@ absl::Status SearchKeeper::Confirm(Search& search) {
     return Keep(search, std::move(record));
   }
   if (record.confirm_study() == 0) {
-    ASSIGN_OR_RETURN(v1::StudySpec study, ConfirmStudy(search.study(), record.trials(best)));
-    ASSIGN_OR_RETURN(const std::optional<int64_t> id, Submit(search, std::move(study)));
+    ASSIGN_OR_RETURN(const std::optional<int64_t> id,
+                     Submit(search, ConfirmStudy(search.study(), record.trials(best))));
     if (!id) return absl::OkStatus();
     record.set_confirm_study(*id);
     return Keep(search, std::move(record));
@@ -372,7 +380,7 @@ absl::Status SearchKeeper::Confirm(Search& search) {
   return Keep(search, std::move(record));
 }
 
-v1::SearchStatus SearchKeeper::StatusOf(const Search& search, bool whole) const {
+v1::SearchStatus SearchKeeper::StatusOf(Search& search, bool whole) const {
   const v1::SearchRecord& record = search.record;
   v1::SearchStatus status;
   status.set_name(search.name());
@@ -397,9 +405,11 @@ v1::SearchStatus SearchKeeper::StatusOf(const Search& search, bool whole) const 
   status.set_outcome(record.outcome());
   if (!whole) return status;
   *status.mutable_trials() = record.trials();
-  for (v1::SearchImportance& importance :
-       ImportancesOf(search.study().search().space(), OutcomesOf(record))) {
-    *status.add_importances() = std::move(importance);
+  if (EndedRungs(record) > 0) {
+    if (!search.importances) {
+      search.importances = ImportancesOf(search.study().search().space(), OutcomesOf(record));
+    }
+    status.mutable_importances()->Assign(search.importances->begin(), search.importances->end());
   }
   *status.mutable_study() = search.study();
   return status;

@@ -1,10 +1,10 @@
-#include "coordinator/client/runs/score_trials.h"
+#include "coordinator/client/scores/score_trials.h"
 
 #include <algorithm>
 #include <map>
 #include <optional>
 
-#include "coordinator/client/runs/page_table.h"
+#include "coordinator/client/scores/page_table.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/search/rung_study.h"
 #include "worker/evaluate/statistics.h"

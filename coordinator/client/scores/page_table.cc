@@ -1,11 +1,11 @@
-#include "coordinator/client/runs/page_table.h"
+#include "coordinator/client/scores/page_table.h"
 
 #include <nlohmann/json.hpp>
 
 #include "common/base/ids.h"
 #include "common/base/status.h"
 #include "common/store/store.h"
-#include "coordinator/client/runs/result_label.h"
+#include "coordinator/client/scores/result_label.h"
 #include "coordinator/client/views/table_options.h"
 #include "coordinator/queue/job_queue.h"
 #include "worker/evaluate/score_table.h"

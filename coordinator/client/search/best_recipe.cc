@@ -9,7 +9,7 @@
 
 #include "common/config/check/field_rules.h"
 #include "common/config/config.h"
-#include "common/config/search_values.h"
+#include "common/config/search/search_values.h"
 #include "coordinator/search/rung_study.h"
 
 namespace parallax::client {

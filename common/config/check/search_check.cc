@@ -164,7 +164,8 @@ class SearchChecker {
                " is searched on, too, allowed are benchmarks that the search "
                "does not see, or none: then it has fresh seeds only");
     }
-    const std::vector<std::string> known = KnownBenchmarks();
+    std::vector<std::string> known = KnownBenchmarks();
+    if (WantsHeldout(study_)) known.pop_back();  // Searched on only where it is named.
     if (searched.empty() && !confirmed.empty() &&
         std::all_of(known.begin(), known.end(), [&](const std::string& name) {
           return std::count(confirmed.begin(), confirmed.end(), name) > 0;

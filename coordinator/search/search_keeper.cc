@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "common/base/names.h"
+#include "common/config/check/limit_rules.h"
+#include "common/config/training_plan.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/search/halving.h"
 #include "coordinator/search/importance.h"
@@ -292,7 +294,8 @@ absl::StatusOr<std::optional<SearchKeeper::Ended>> SearchKeeper::LookAt(Search& 
   for (const v1::VariantStatus& variant : study->variants()) {
     if (variant.problems().empty()) continue;
     const v1::JobProblem& problem = variant.problems(0);
-    if (problem.state() != "GAVE_UP" || variant.name() == kDefaultTrial) return std::nullopt;
+    const bool is_trial = variant.name() != kDefaultTrial && variant.name() != kHeldoutName;
+    if (problem.state() != "GAVE_UP" || !is_trial) return std::nullopt;
     ended.failed[variant.name()] = problem.error();
   }
   if (ended.failed.empty()) return std::nullopt;
@@ -345,7 +348,7 @@ absl::Status SearchKeeper::LookAtRung(Search& search) {
   ASSIGN_OR_RETURN(const StudyCosts costs, queue_.CostsOf(StudyId{study}));
   record.set_next_core_hours(NextCoreHours(record, costs));
   ASSIGN_OR_RETURN(const double core_hours, CoreHoursOf(record));
-  record.set_core_hours(core_hours);
+  record.set_core_hours(std::max(record.core_hours(), core_hours));
   return Keep(search, std::move(record));
 }
 
@@ -376,7 +379,7 @@ absl::Status SearchKeeper::Confirm(Search& search) {
   }
   record.set_outcome(record.confirmation().verdict() == "better" ? "confirmed" : "not confirmed");
   ASSIGN_OR_RETURN(const double core_hours, CoreHoursOf(record));
-  record.set_core_hours(core_hours);
+  record.set_core_hours(std::max(record.core_hours(), core_hours));
   return Keep(search, std::move(record));
 }
 
@@ -384,7 +387,7 @@ v1::SearchStatus SearchKeeper::StatusOf(Search& search, bool whole) const {
   const v1::SearchRecord& record = search.record;
   v1::SearchStatus status;
   status.set_name(search.name());
-  status.set_user(record.actor());
+  status.set_user(UserOfActor(record.actor()));
   status.set_state(!record.stopped().empty() || record.forget() ? "stopped"
                    : IsOver(record)                             ? "ended"
                    : search.has_failed                          ? "failed"

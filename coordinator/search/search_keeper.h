@@ -88,7 +88,7 @@ class SearchKeeper {
   // Returns the scores of the study; nothing if they can't be read now, which is in `needs` then.
   absl::StatusOr<std::optional<std::vector<TrialScore>>> Score(
       Search& search, int64_t study, const std::vector<std::string>& benchmarks);
-  // Returns the core-hours of all of its studies.
+  // Returns the core-hours of all of its studies that are there.
   absl::StatusOr<double> CoreHoursOf(const v1::SearchRecord& record);
   // Cancels what runs of a stopped search; if it is to be forgotten, removes it. Returns whether it
   // is gone.

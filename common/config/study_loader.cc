@@ -23,7 +23,7 @@
 #include "common/config/config.h"
 #include "common/config/config_text.h"
 #include "common/config/defaults.h"
-#include "common/config/search_space.h"
+#include "common/config/search/search_space.h"
 #include "common/config/training_plan.h"
 #include "common/config/yaml/yaml_document.h"
 #include "common/config/yaml/yaml_reader.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "common/base/rng.h"
-#include "common/config/search_values.h"
+#include "common/config/search/search_values.h"
 #include "common/config/training_plan.h"
 
 namespace parallax {

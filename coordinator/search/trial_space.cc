@@ -7,7 +7,7 @@
 #include <set>
 
 #include "common/config/config.h"
-#include "common/config/search_values.h"
+#include "common/config/search/search_values.h"
 #include "coordinator/search/rung_study.h"
 #include "coordinator/search/sobol.h"
 #include "coordinator/study/keys.h"

@@ -280,7 +280,7 @@ def message_schema(schema, name):
 
 
 def search_schema(schema):
-    """A search, whose space a file writes as a map from fields to what they may be (common/config/search_space.cc)."""
+    """A search, whose space a file writes as a map from fields to what they may be (common/config/search/search_space.cc)."""
     search = message_schema(schema, ".parallax.v1.SearchSpec")
     numbers = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
     field = {"type": "object", "additionalProperties": False, "properties": {

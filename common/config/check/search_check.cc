@@ -12,8 +12,8 @@
 #include "common/config/check/checks.h"
 #include "common/config/check/field_rules.h"
 #include "common/config/check/limits.h"
-#include "common/config/search_space.h"
-#include "common/config/search_values.h"
+#include "common/config/search/search_space.h"
+#include "common/config/search/search_values.h"
 #include "common/config/training_plan.h"
 #include "common/config/yaml/yaml_document.h"
 

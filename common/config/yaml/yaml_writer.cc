@@ -7,7 +7,7 @@
 
 #include "common/config/check/field_rules.h"
 #include "common/config/config.h"
-#include "common/config/search_space.h"
+#include "common/config/search/search_space.h"
 
 namespace parallax {
 namespace {

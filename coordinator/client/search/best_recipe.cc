@@ -1,6 +1,7 @@
 #include "coordinator/client/search/best_recipe.h"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <memory>
@@ -9,7 +10,9 @@
 
 #include "common/config/check/field_rules.h"
 #include "common/config/config.h"
-#include "common/config/search_values.h"
+#include "common/config/defaults.h"
+#include "common/config/search/search_values.h"
+#include "common/config/training_plan.h"
 #include "coordinator/search/rung_study.h"
 
 namespace parallax::client {
@@ -25,7 +28,8 @@ std::string FieldLines(const Message& message, const FieldDescriptor& field,
   only->CopyFrom(message);
   for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
     const FieldDescriptor* const other = message.GetDescriptor()->field(i);
-    if (other != &field) only->GetReflection()->ClearField(only.get(), other);
+    if (other != &field && other != config_internal::MapsFieldOf(field))
+      only->GetReflection()->ClearField(only.get(), other);
   }
   // Lists that are empty are written, too.
   const std::string text = MessageToYaml(*only);
@@ -48,8 +52,10 @@ std::string Changes(const Message& message, const Message& defaults, const std::
   std::string lines;
   for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
     const FieldDescriptor& field = *message.GetDescriptor()->field(i);
-    if (config_internal::FindKey(*message.GetDescriptor(), field.name()) == nullptr ||
-        !config_internal::Differs(message, defaults, field)) {
+    if (config_internal::FindKey(*message.GetDescriptor(), field.name()) == nullptr) continue;
+    const FieldDescriptor* const maps = config_internal::MapsFieldOf(field);
+    if (!config_internal::Differs(message, defaults, field) &&
+        (maps == nullptr || !config_internal::Differs(message, defaults, *maps))) {
       continue;
     }
     // Weights of some lands forbid all others, so they stand together.
@@ -107,6 +113,10 @@ std::string Heading(const v1::SearchStatus& search, const v1::SearchTrial& best)
   return text + (search.outcome().empty() ? "" : ", " + search.outcome()) + ".\n";
 }
 
+std::string Part(const char* name, const std::string& lines) {
+  return name + std::string(lines.empty() ? ": {}\n" : ":\n" + lines);
+}
+
 }  // namespace
 
 absl::StatusOr<std::string> BestRecipe(const v1::SearchStatus& search) {
@@ -125,28 +135,37 @@ absl::StatusOr<std::string> BestRecipe(const v1::SearchStatus& search) {
   study.set_name(search.name() + "-best");
   if (base.pairs() > 0) study.set_pairs(base.pairs());
   if (base.rigs_per_scene() > 0) study.set_rigs_per_scene(base.rigs_per_scene());
-  study.mutable_evaluate()->clear_reference();
-  study.mutable_evaluate()->clear_heldout_variant();
-  ASSIGN_OR_RETURN(const v1::SceneConfig config, WithSearchValues(base.config(), best->values()));
-  v1::StudySpec whole = study;
-  whole.add_variants()->set_name("best");
-  *whole.mutable_variants(0)->mutable_config() = config;
+  study.mutable_evaluate()->set_reference("");
+  study.mutable_evaluate()->set_heldout_variant("");
+  study.add_variants()->set_name("best");
+  ASSIGN_OR_RETURN(*study.mutable_variants(0)->mutable_config(),
+                   WithSearchValues(base.config(), best->values()));
+  ResolveTraining(&study);
 
   const std::string heading = Heading(search, *best);
-  std::string head = StudyToYaml(study);  // Ends with an empty list of variants.
-  head.resize(head.rfind("variants:"));
-  const std::string changes = Changes(base.config(), DefaultSceneConfig(), "  ");
   std::string text =
-      heading + head + (changes.empty() ? "" : "set:\n" + changes) + "variants:\n  - name: best\n";
+      heading + fmt::format("study: {}\nseed: {}\npairs: {}\nrigs_per_scene: {}\n", study.name(),
+                            study.seed(), study.pairs(), study.rigs_per_scene());
+  if (study.priority() != 0) text += fmt::format("priority: {}\n", study.priority());
+  if (study.memory_mb() != 0) text += fmt::format("memory_mb: {}\n", study.memory_mb());
+  if (!study.tags().empty()) text += fmt::format("tags: [{}]\n", fmt::join(study.tags(), ", "));
+  v1::TrainSpec train;
+  v1::EvaluateSpec evaluate;
+  config_internal::ApplyDefaults(&train);
+  config_internal::ApplyDefaults(&evaluate);
+  text += Part("set", Changes(base.config(), DefaultSceneConfig(), "  ")) +
+          Part("train", Changes(study.train(), train, "  ")) +
+          Part("evaluate", Changes(study.evaluate(), evaluate, "  ")) +
+          "variants:\n  - name: best\n";
   Values values;
   for (const v1::SearchValue& value : best->values()) {
     values.emplace_back(value.path(), value.yaml());
   }
   if (!values.empty()) text += "    set: " + Nested(values) + "\n";
-  const absl::StatusOr<v1::StudySpec> read = ParseStudy(text, "best.yaml");
-  const bool is_same =
-      read.ok() && read->variants(0).config().SerializeAsString() == config.SerializeAsString();
-  return is_same ? text : heading + StudyToYaml(whole);
+  absl::StatusOr<v1::StudySpec> read = ParseStudy(text, "best.yaml");
+  if (read.ok()) read->set_source_yaml(study.source_yaml());
+  const bool is_same = read.ok() && read->SerializeAsString() == study.SerializeAsString();
+  return is_same ? text : heading + StudyToYaml(study);
 }
 
 }  // namespace parallax::client

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "coordinator/client/search/search_view.h"
-#include "coordinator/client/views/text.h"
 #include "coordinator/search/rung_study.h"
 #include "coordinator/search/trial_space.h"
 
@@ -43,6 +42,8 @@ std::string Escaped(std::string_view text) {
   }
   return safe;
 }
+
+std::string NumberLabel(double value) { return fmt::format("{:.4g}", value); }
 
 // A linear axis from low to high with round ticks.
 class Axis {
@@ -85,8 +86,8 @@ class Picture {
     } else {
       DrawByTrial({70, 70, 480, 400});
       DrawByHours({560, 70, 940, 400});
-      DrawLegend(432);
-      DrawParallel({70, 520, 900, 790});
+      DrawLegend(426);
+      DrawParallel({70, 540, 900, 790});
     }
     out_ += "</svg>\n";
   }
@@ -99,8 +100,9 @@ class Picture {
     out_ += fmt::format(format, std::forward<Args>(args)...);
   }
   void Text(double x, double y, std::string_view text, const char* anchor, int size = 12) {
-    Out("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" font-size=\"{}\">{}</text>\n", x, y,
-        anchor, size, Escaped(text));
+    Out("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" font-size=\"{}\" stroke=\"white\" "
+        "stroke-width=\"3\" paint-order=\"stroke\">{}</text>\n",
+        x, y, anchor, size, Escaped(text));
   }
   void Line(double x1, double y1, double x2, double y2, const char* colour, double width = 1) {
     Out("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" "
@@ -144,11 +146,11 @@ class Picture {
     Text(box.left, box.top - 14, title, "start", 13);
     for (const double tick : y.Ticks()) {
       Line(box.left, y.At(tick), box.right, y.At(tick), "#e6e6e6");
-      Text(box.left - 6, y.At(tick) + 4, FormatNumber(tick), "end");
+      Text(box.left - 6, y.At(tick) + 4, NumberLabel(tick), "end");
     }
     for (const double tick : x.Ticks()) {
       Line(x.At(tick), box.bottom, x.At(tick), box.bottom + 4, "#888");
-      Text(x.At(tick), box.bottom + 18, FormatNumber(tick), "middle");
+      Text(x.At(tick), box.bottom + 18, NumberLabel(tick), "middle");
     }
     Line(box.left, box.bottom, box.right, box.bottom, "#888");
     Text((box.left + box.right) / 2, box.bottom + 36, x_label, "middle");
@@ -244,8 +246,8 @@ class Picture {
     Line(x, box.top, x, box.bottom, "#888");
     Text(x, box.top - 10, name, "middle");
     if (field.choices().empty()) {
-      Text(x, box.bottom + 16, FormatNumber(field.low()), "middle");
-      Text(x + 5, box.top + 10, FormatNumber(field.high()), "start");
+      Text(x, box.bottom + 16, NumberLabel(field.low()), "middle");
+      Text(x + 5, box.top + 10, NumberLabel(field.high()), "start");
       return;
     }
     for (int i = 0; i < field.choices_size(); ++i) {
@@ -303,7 +305,7 @@ class Picture {
     Text(box.right, box.top - 10, "points", "middle");
     for (const double tick : difference.Ticks()) {
       Line(box.right, difference.At(tick), box.right + 4, difference.At(tick), "#888");
-      Text(box.right + 8, difference.At(tick) + 4, FormatNumber(tick), "start");
+      Text(box.right + 8, difference.At(tick) + 4, NumberLabel(tick), "start");
     }
     double x = box.left;
     for (const auto& [colour, text] :

@@ -92,8 +92,10 @@ void AddTrials(const v1::SearchStatus& search, const Terminal& terminal,
     }
     table.AddRow(std::move(cells));
   }
-  const std::vector<std::string> rows = table.Lines(terminal, 2);
-  lines.insert(lines.end(), rows.begin(), rows.end());
+  for (std::string row : table.Lines(terminal, 2)) {
+    row.resize(row.find_last_not_of(' ') + 1);
+    lines.push_back(std::move(row));
+  }
 }
 
 void AddImportances(const v1::SearchStatus& search, const Terminal& terminal,
@@ -154,6 +156,21 @@ Json ScoreJson(const v1::SearchScore& score) {
 
 }  // namespace
 
+namespace {
+
+// "{uniform: [0.5, 1]}" as "0.5..1"; other texts as they are.
+std::string ShortRange(const std::string& text) {
+  for (const char* kind : {"{uniform: [", "{uniform_int: ["}) {
+    if (!text.starts_with(kind)) continue;
+    std::string range = text.substr(std::string_view(kind).size());
+    range.resize(range.find(']'));
+    return range.replace(range.find(", "), 2, "..");
+  }
+  return text;
+}
+
+}  // namespace
+
 std::string DefaultText(const v1::SearchStatus& search, const std::string& path) {
   if (search.study().variants().empty()) return "-";
   std::istringstream text(MessageToYaml(DefaultOf(search.study()).config()));
@@ -168,7 +185,7 @@ std::string DefaultText(const v1::SearchStatus& search, const std::string& path)
       continue;
     }
     const size_t value = indent.size() + end + 2;
-    return value < line.size() ? line.substr(value) : "-";
+    return value < line.size() ? ShortRange(line.substr(value)) : "-";
   }
   return "-";
 }

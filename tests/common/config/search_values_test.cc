@@ -1,5 +1,5 @@
 // The values of a search in a scene config.
-#include "common/config/search_values.h"
+#include "common/config/search/search_values.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "common/config/search_values.h"
+#include "common/config/search/search_values.h"
 
 #include <cmath>
 #include <optional>

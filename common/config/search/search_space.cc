@@ -1,4 +1,4 @@
-#include "common/config/search_space.h"
+#include "common/config/search/search_space.h"
 
 #include <fmt/core.h>
 #include <fmt/ranges.h>

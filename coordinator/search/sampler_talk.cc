@@ -8,7 +8,7 @@
 #include <set>
 
 #include "common/base/names.h"
-#include "common/config/search_values.h"
+#include "common/config/search/search_values.h"
 #include "coordinator/search/rung_study.h"
 #include "coordinator/study/keys.h"
 

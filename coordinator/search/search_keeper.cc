@@ -21,7 +21,6 @@
 namespace parallax {
 namespace {
 
-constexpr double kSecondsPerHour = 3600;
 constexpr double kAskAgain_s = 60;  // After a sampler has failed.
 
 // Returns all studies of a search.

@@ -137,6 +137,11 @@ void DeclareRules(CLI::App& serve, ServeOptions& options) {
                   "(see coordinator/README.md; default: no limits)")
       ->type_name("FILE");
   serve
+      .add_option("--samplers", options.samplers,
+                  "Folder of YAML files, each a program that searches may name to propose trials "
+                  "(see coordinator/search/README.md; default: only the built-in sobol)")
+      ->type_name("DIR");
+  serve
       .add_option("--store-access", options.store_access,
                   "How workers reach the store: direct (they see it themselves), stream (their "
                   "files come through this coordinator) or auto (default: direct where they see "

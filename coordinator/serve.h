@@ -33,6 +33,7 @@ struct ServeOptions {
   double keep_days = 0;            // After its end, a study is then forgotten; 0: never.
   double keep_gb = 0;              // Bound on the results of all studies, 1e9 bytes; 0: none.
   std::string limits;              // File with the limits of users; empty: none.
+  std::string samplers;            // Folder of programs that propose trials; empty: none.
   bool adopt_store = false;        // Take whatever is at `store` for the database's store.
   double scrub_mb_s = 8;           // Rate at which results are read for damage; 0: never.
   double scrub_days = 7;           // From the begin of a pass to that of the next one.

@@ -51,7 +51,8 @@ class CoordinatorServerImpl final : public CoordinatorServer {
                  options.check_outputs ? options.store : nullptr, artifacts_.content(),
                  options.hello_s),
         streams_(queue, client_pool_, *options.clock, options.store_uri, artifacts_.content()),
-        searches_(queue, client_pool_, *options.clock, options.scorer, artifacts_.content()) {
+        searches_(queue, client_pool_, *options.clock, options.scorer, options.samplers,
+                  artifacts_.content()) {
     queue_.SetObserver(&dispatcher_);
     worker_pool_.Start();
     client_pool_.Start();

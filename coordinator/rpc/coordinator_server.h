@@ -19,6 +19,7 @@
 #include "common/base/system/clock.h"
 #include "common/rpc/endpoint.h"
 #include "coordinator/rpc/storage/scrubber.h"
+#include "coordinator/search/samplers.h"
 #include "coordinator/search/trial_scores.h"
 #include "parallax/v1/service.pb.h"
 
@@ -63,6 +64,8 @@ struct CoordinatorServerOptions {
   ListenerLimits connections;
   // Reads what the studies of searches have shown; null: this coordinator doesn't search.
   TrialScorer scorer;
+  // Programs that searches may name to propose trials.
+  std::map<std::string, Sampler> samplers;
   Clock* clock = &Clock::System();
 };
 

@@ -19,8 +19,10 @@ constexpr std::chrono::seconds kTakeAStep(1);
 }  // namespace
 
 SearchesService::SearchesService(JobQueue& queue, TaskPool& pool, Clock& clock, TrialScorer scorer,
-                                 ContentKeeper* content)
-    : keeper_(queue, clock, std::move(scorer)), calls_(pool), content_(content) {}
+                                 std::map<std::string, Sampler> samplers, ContentKeeper* content)
+    : keeper_(queue, clock, std::move(scorer), std::move(samplers)),
+      calls_(pool),
+      content_(content) {}
 
 void SearchesService::Start() {
   thread_ = std::thread([this] { Loop(); });

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <map>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -24,7 +25,7 @@ class SearchesService final : public v1::Searches::CallbackService {
   // All must outlive the service. Without a scorer, it begins no search. `content` checks that the
   // content of studies is in the store; null: not checked.
   SearchesService(JobQueue& queue, TaskPool& pool, Clock& clock, TrialScorer scorer,
-                  ContentKeeper* content);
+                  std::map<std::string, Sampler> samplers, ContentKeeper* content);
   ~SearchesService() override { Stop(); }
 
   // Begins to keep the searches going.

@@ -10,8 +10,6 @@
 namespace parallax {
 namespace {
 
-constexpr double kSecondsPerHour = 3600;
-
 const TrialScore* ScoreNamed(const std::vector<TrialScore>& scores, const std::string& name) {
   const auto found = std::find_if(scores.begin(), scores.end(),
                                   [&](const TrialScore& score) { return score.variant == name; });

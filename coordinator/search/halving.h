@@ -18,6 +18,8 @@
 
 namespace parallax {
 
+inline constexpr double kSecondsPerHour = 3600;
+
 // Returns the number of rungs that have ended: the default has a score of each.
 int EndedRungs(const v1::SearchRecord& record);
 // Returns the trials that take part in the next rung, the default first.

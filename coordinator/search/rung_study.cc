@@ -12,6 +12,8 @@
 namespace parallax {
 namespace {
 
+constexpr int kFewestAtOnce = 4;  // A sampler begins with so many trials to learn from.
+
 using Names = std::vector<std::string>;
 
 int32_t TrainingsOf(const v1::StudySpec& search) {
@@ -125,12 +127,13 @@ absl::Status CheckSearch(const v1::StudySpec& search) {
         "study '{}': {} variants, wanted 1, the default that trials are compared with",
         search.name(), variants);
   }
-  const std::string sampler = SearchOf(search).sampler();
-  if (sampler != "sobol") {
-    return InvalidArgument("study '{}': search.sampler '{}' is not known here; known is: sobol",
-                           search.name(), sampler);
-  }
   return absl::OkStatus();
+}
+
+int TrialsAtOnce(const v1::StudySpec& search) {
+  const v1::SearchSpec spec = SearchOf(search);
+  if (spec.sampler() == kSobolSampler) return spec.trials();
+  return std::min(spec.trials(), std::max(kFewestAtOnce, (spec.trials() + 3) / 4));
 }
 
 Names SearchedBenchmarks(const v1::StudySpec& search) {

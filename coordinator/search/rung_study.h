@@ -13,6 +13,8 @@
 
 namespace parallax {
 
+// Name of the built-in sampler.
+inline constexpr char kSobolSampler[] = "sobol";
 // Name of the default among the variants of a rung.
 inline constexpr char kDefaultTrial[] = "default";
 
@@ -27,6 +29,10 @@ std::string TrialName(int number);
 // Checks what the rules of ValidateStudy leave to the coordinator, which all others have passed.
 // Errors: kInvalidArgument that names the field.
 absl::Status CheckSearch(const v1::StudySpec& search);
+
+// Returns how many trials are proposed at once: all at Sobol's points; a quarter of them, 4 at
+// least, where a sampler proposes the others by what the first ones have shown.
+int TrialsAtOnce(const v1::StudySpec& search);
 
 // Returns the benchmarks whose mean error is made small: those that the study names for it; else
 // all that the confirmation does not have; the held-out pairs only if there is no other. And those

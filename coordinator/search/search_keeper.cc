@@ -6,12 +6,14 @@
 #include <utility>
 
 #include "common/base/names.h"
+#include "common/base/seconds.h"
 #include "common/config/check/limit_rules.h"
 #include "common/config/training_plan.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/search/halving.h"
 #include "coordinator/search/importance.h"
 #include "coordinator/search/rung_study.h"
+#include "coordinator/search/sampler_talk.h"
 #include "coordinator/search/trial_space.h"
 #include "coordinator/study/keys.h"
 #include "coordinator/study/study_needs.h"
@@ -19,7 +21,7 @@
 namespace parallax {
 namespace {
 
-constexpr double kSecondsPerHour = 3600;
+constexpr double kAskAgain_s = 60;  // After a sampler has failed.
 
 // Returns all studies of a search.
 std::vector<int64_t> StudiesOf(const v1::SearchRecord& record) {
@@ -63,12 +65,13 @@ void DropRunningRung(v1::SearchRecord& record) {
   record.mutable_rung_studies()->RemoveLast();
 }
 
-// Returns the record with the study's trials and budget. `trials` are those of the study.
+// Returns the record with the study's trials and budget. `trials` are those at Sobol's points;
+// those that a sampler has proposed stay.
 v1::SearchRecord Continued(const v1::SearchRecord& before, const v1::StudySpec& study,
                            const std::vector<v1::SearchTrial>& trials) {
   v1::SearchRecord record = before;
   const bool was_stopped = !record.stopped().empty();
-  const bool more_trials = static_cast<int>(trials.size()) > record.trials_size();
+  const bool more_trials = study.search().trials() > record.study().search().trials();
   const bool other_budget = EndedRungs(record) < SearchOf(study).rungs_size() &&
                             record.study().search().core_hours() != study.search().core_hours();
   *record.mutable_study() = study;
@@ -79,7 +82,13 @@ v1::SearchRecord Continued(const v1::SearchRecord& before, const v1::StudySpec& 
   for (const int64_t id : record.rung_studies()) record.add_former_studies(id);
   record.clear_rung_studies();
   record.clear_next_core_hours();
-  record.mutable_trials()->Assign(trials.begin(), trials.end());
+  for (v1::SearchTrial& trial : *record.mutable_trials()) {
+    trial.clear_scores();
+    trial.clear_ended();
+  }
+  for (size_t i = static_cast<size_t>(record.trials_size()); i < trials.size(); ++i) {
+    *record.add_trials() = trials[i];
+  }
   return record;
 }
 
@@ -120,7 +129,15 @@ absl::StatusOr<v1::SearchStatus> SearchKeeper::Open(const v1::StudySpec& given,
   }
   v1::StudySpec study = given;
   *study.mutable_search() = SearchOf(given);
-  ASSIGN_OR_RETURN(const std::vector<v1::SearchTrial> trials, ProposeTrials(study));
+  const std::string& sampler = study.search().sampler();
+  if (sampler != kSobolSampler && samplers_.count(sampler) == 0) {
+    std::string known = kSobolSampler;
+    for (const auto& [name, unused] : samplers_) known += ", " + name;
+    return InvalidArgument("study '{}': search.sampler {} is not known here; known are: {}",
+                           study.name(), Quoted(sampler), known);
+  }
+  ASSIGN_OR_RETURN(const std::vector<v1::SearchTrial> trials,
+                   ProposeTrials(study, TrialsAtOnce(study)));
   RETURN_IF_ERROR(ConfirmStudy(study, trials.back()).status());
   std::lock_guard lock(mu_);
   RETURN_IF_ERROR(Load());
@@ -154,7 +171,8 @@ absl::StatusOr<v1::SearchStatus> SearchKeeper::Open(const v1::StudySpec& given,
                           DeterministicBytes(found->second.record) != DeterministicBytes(record);
   if (is_changed) {
     RETURN_IF_ERROR(queue_.KeepSearch(record));
-    searches_[study.name()] = {.record = std::move(record)};
+    searches_[study.name()] = Search();
+    searches_[study.name()].record = std::move(record);
   }
   Search& search = searches_[study.name()];
   RETURN_IF_ERROR(Step(search));
@@ -171,6 +189,7 @@ absl::StatusOr<v1::SearchStatus> SearchKeeper::Stop(const std::string& name,
     record.set_stopped(reason.empty() ? "stopped" : reason);
   }
   if (forget) record.set_forget(true);
+  search->asking.reset();
   RETURN_IF_ERROR(Keep(*search, std::move(record)));
   RETURN_IF_ERROR(End(*search).status());
   return StatusOf(*search, /*whole=*/true);
@@ -226,20 +245,20 @@ absl::Status SearchKeeper::Tick() {
     if (search.record.forget()) {
       ASSIGN_OR_RETURN(is_gone, End(search));
     } else {
-      RETURN_IF_ERROR(Step(search));
+      RETURN_IF_ERROR(Step(search, /*may_ask=*/true));
     }
     entry = is_gone ? searches_.erase(entry) : std::next(entry);
   }
   return absl::OkStatus();
 }
 
-absl::Status SearchKeeper::Step(Search& search) {
+absl::Status SearchKeeper::Step(Search& search, bool may_ask) {
   search.needs.clear();
   search.waits_for.clear();
   search.has_failed = false;
   const v1::SearchRecord& record = search.record;
   if (scorer_ == nullptr || !record.stopped().empty() || IsOver(record)) return absl::OkStatus();
-  if (EndedRungs(record) < record.rung_studies_size()) return LookAtRung(search);
+  if (EndedRungs(record) < record.rung_studies_size()) return LookAtRung(search, may_ask);
   if (!record.over().empty()) return Confirm(search);
   const std::string over = WhyOver(record);
   if (over.empty()) return BeginRung(search);
@@ -332,14 +351,72 @@ absl::StatusOr<double> SearchKeeper::CoreHoursOf(const v1::SearchRecord& record)
   return core_s / kSecondsPerHour;
 }
 
-absl::Status SearchKeeper::LookAtRung(Search& search) {
+absl::Status SearchKeeper::Ask(Search& search, const std::vector<TrialScore>& scores,
+                               const std::map<std::string, std::string>& failed) {
+  const v1::SearchSpec& spec = search.study().search();
+  const auto sampler = samplers_.find(spec.sampler());
+  if (sampler == samplers_.end()) {
+    search.needs = fmt::format("sampler {} is not known here any more", Quoted(spec.sampler()));
+    return absl::OkStatus();
+  }
+  const int missing = spec.trials() + 1 - search.record.trials_size();
+  const int count = std::min(missing, TrialsAtOnce(search.study()));
+  auto run =
+      SamplerRun::Start(sampler->second, AskText(search.record, scores, failed, count), clock_);
+  if (!run.ok()) return run.status();
+  search.asking = *std::move(run);
+  search.waits_for = fmt::format("sampler {} is asked for trials", spec.sampler());
+  return absl::OkStatus();
+}
+
+absl::Status SearchKeeper::TakeAnswer(Search& search) {
+  const v1::SearchSpec& spec = search.study().search();
+  search.waits_for = fmt::format("sampler {} is asked for trials", spec.sampler());
+  const std::optional<absl::StatusOr<std::string>> answer = search.asking->Poll();
+  if (!answer) return absl::OkStatus();
+  search.asking.reset();
+  search.waits_for.clear();
+  absl::StatusOr<std::vector<v1::SearchTrial>> trials = answer->status();
+  if (answer->ok()) {
+    const int missing = spec.trials() + 1 - search.record.trials_size();
+    trials =
+        AnsweredTrials(search.record, **answer, std::min(missing, TrialsAtOnce(search.study())));
+    if (!trials.ok()) trials = WithContext(trials.status(), "sampler " + spec.sampler());
+  }
+  if (!trials.ok()) {
+    search.sampler_problem =
+        fmt::format("{}; it is asked again in {} s", ToStd(trials.status().message()), kAskAgain_s);
+    search.ask_after = SecondsAfter(clock_.Steady(), kAskAgain_s);
+    search.needs = search.sampler_problem;
+    return absl::OkStatus();
+  }
+  search.sampler_problem.clear();
+  v1::SearchRecord record = search.record;
+  DropRunningRung(record);
+  for (v1::SearchTrial& trial : *trials) *record.add_trials() = std::move(trial);
+  return Keep(search, std::move(record));
+}
+
+absl::Status SearchKeeper::LookAtRung(Search& search, bool may_ask) {
   const int rung = EndedRungs(search.record);
+  const bool lacks_trials = rung == 0 && search.study().search().sampler() != kSobolSampler &&
+                            search.record.trials_size() <= search.study().search().trials();
+  if (lacks_trials && search.asking != nullptr) return TakeAnswer(search);
+  if (lacks_trials && clock_.Steady() < search.ask_after) {
+    search.needs = search.sampler_problem;
+    return absl::OkStatus();
+  }
   const int64_t study = search.record.rung_studies(rung);
   ASSIGN_OR_RETURN(const std::optional<Ended> ended,
                    LookAt(search, study, fmt::format("rung {}", rung + 1)));
   if (!ended) return absl::OkStatus();
   ASSIGN_OR_RETURN(const auto scores, Score(search, study, SearchedBenchmarks(search.study())));
   if (!scores) return absl::OkStatus();
+  ASSIGN_OR_RETURN(const double core_hours, CoreHoursOf(search.record));
+  const double budget = search.study().search().core_hours();
+  if (lacks_trials && (budget <= 0 || core_hours < budget)) {
+    return may_ask ? Ask(search, *scores, ended->failed) : absl::OkStatus();
+  }
   v1::SearchRecord record = search.record;
   if (const absl::Status status = EndRung(*scores, ended->failed, record); !status.ok()) {
     search.needs = ToStd(status.message());
@@ -347,7 +424,6 @@ absl::Status SearchKeeper::LookAtRung(Search& search) {
   }
   ASSIGN_OR_RETURN(const StudyCosts costs, queue_.CostsOf(StudyId{study}));
   record.set_next_core_hours(NextCoreHours(record, costs));
-  ASSIGN_OR_RETURN(const double core_hours, CoreHoursOf(record));
   record.set_core_hours(std::max(record.core_hours(), core_hours));
   return Keep(search, std::move(record));
 }

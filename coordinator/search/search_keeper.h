@@ -8,6 +8,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -17,6 +18,7 @@
 #include "common/base/ids.h"
 #include "common/base/status.h"
 #include "common/base/system/clock.h"
+#include "coordinator/search/samplers.h"
 #include "coordinator/search/trial_scores.h"
 #include "parallax/v1/search.pb.h"
 #include "parallax/v1/service.pb.h"
@@ -28,9 +30,10 @@ class JobQueue;
 class SearchKeeper {
  public:
   // Both must outlive the keeper, and all that `scorer` refers to. Without a scorer no search
-  // begins or goes on.
-  SearchKeeper(JobQueue& queue, Clock& clock, TrialScorer scorer)
-      : queue_(queue), clock_(clock), scorer_(std::move(scorer)) {}
+  // begins or goes on. `samplers` are those that searches may name, beside the built-in one.
+  SearchKeeper(JobQueue& queue, Clock& clock, TrialScorer scorer,
+               std::map<std::string, Sampler> samplers = {})
+      : queue_(queue), clock_(clock), scorer_(std::move(scorer)), samplers_(std::move(samplers)) {}
 
   // Begins a search, finds the one that was begun with the same study, or goes on with it if only
   // its trials are more, its core-hours others, or it was stopped: results that it has are taken
@@ -48,8 +51,9 @@ class SearchKeeper {
   // Returns who opened the search. Errors: kNotFound.
   absl::StatusOr<std::string> OpenedBy(const std::string& name);
 
-  // Takes each search at most one step further. Call it every second or so. Errors: the database's;
-  // others are what `needs` of a status says.
+  // Takes each search at most one step further. Call it every second or so, always from the same
+  // thread, which lives as long as the keeper: samplers run as its children. Errors: the
+  // database's; others are what `needs` of a status says.
   absl::Status Tick();
 
  private:
@@ -58,6 +62,9 @@ class SearchKeeper {
     std::string needs;      // What a person must do before it goes on.
     std::string waits_for;  // Why the next step was not taken.
     bool has_failed = false;
+    std::unique_ptr<SamplerRun> asking;  // The sampler is asked for trials.
+    std::string sampler_problem;         // Why it was asked in vain.
+    SteadyTime ask_after;                // It is not asked again before.
     // Of the first rung; absent until it has ended, or nobody asked.
     std::optional<std::vector<v1::SearchImportance>> importances;
 
@@ -74,13 +81,19 @@ class SearchKeeper {
   absl::Status Load();
   absl::StatusOr<Search*> Find(const std::string& name);
   absl::Status Keep(Search& search, v1::SearchRecord record);
-  absl::Status Step(Search& search);
+  // `may_ask`: whether samplers may be started, which only the thread of Tick does.
+  absl::Status Step(Search& search, bool may_ask = false);
   // Submits a study of the search. Returns its id; nothing if it can't be submitted now, which is
   // in `needs` then.
   absl::StatusOr<std::optional<int64_t>> Submit(Search& search,
                                                 const absl::StatusOr<v1::StudySpec>& study);
   absl::Status BeginRung(Search& search);
-  absl::Status LookAtRung(Search& search);
+  absl::Status LookAtRung(Search& search, bool may_ask);
+  // Asks the sampler for more trials of the first rung, whose trials have these scores, and begins
+  // the rung again with what it answers.
+  absl::Status Ask(Search& search, const std::vector<TrialScore>& scores,
+                   const std::map<std::string, std::string>& failed);
+  absl::Status TakeAnswer(Search& search);
   absl::Status Confirm(Search& search);
   // Looks whether a study has ended well enough to be scored; else says why in the search.
   absl::StatusOr<std::optional<Ended>> LookAt(Search& search, int64_t study,
@@ -98,6 +111,7 @@ class SearchKeeper {
   JobQueue& queue_;
   Clock& clock_;
   const TrialScorer scorer_;
+  const std::map<std::string, Sampler> samplers_;
   std::mutex mu_;
   // Guarded by mu_.
   bool loaded_ = false;

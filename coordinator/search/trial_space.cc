@@ -35,6 +35,8 @@ double At(const v1::SearchField& field, double coordinate) {
                     field.high());
 }
 
+}  // namespace
+
 bool IsVaried(const v1::SearchField& field, const SearchValues& values) {
   return std::all_of(field.when().begin(), field.when().end(), [&](const auto& condition) {
     const std::string* value = ValueOf(values, condition.path());
@@ -42,8 +44,6 @@ bool IsVaried(const v1::SearchField& field, const SearchValues& values) {
            std::count(condition.values().begin(), condition.values().end(), *value) > 0;
   });
 }
-
-}  // namespace
 
 const std::string* ValueOf(const SearchValues& values, const std::string& path) {
   for (const v1::SearchValue& value : values) {
@@ -78,11 +78,16 @@ double PlaceInRange(const v1::SearchField& field, const std::string& yaml) {
   return std::isfinite(place) ? std::clamp(place, 0.0, 1.0) : 0;
 }
 
-absl::StatusOr<std::vector<v1::SearchTrial>> ProposeTrials(const v1::StudySpec& search) {
+absl::Status CheckTrial(const v1::StudySpec& search, const v1::SearchTrial& trial) {
+  ASSIGN_OR_RETURN(const v1::StudySpec alone, RungStudy(search, 0, {v1::SearchTrial(), trial}));
+  return ValidateStudy(alone);
+}
+
+absl::StatusOr<std::vector<v1::SearchTrial>> ProposeTrials(const v1::StudySpec& search,
+                                                           int wanted) {
   const SearchSpace& space = search.search().space();
   std::vector<v1::SearchTrial> trials(1);
   std::set<std::string> configs = {DeterministicBytes(DefaultOf(search).config())};
-  const int wanted = search.search().trials();
   const auto points = SobolPoints(
       search.seed(), static_cast<size_t>(std::max(kFewestPoints, kPointsPerTrial * wanted)),
       static_cast<size_t>(space.size()));
@@ -97,9 +102,7 @@ absl::StatusOr<std::vector<v1::SearchTrial>> ProposeTrials(const v1::StudySpec& 
     absl::Status refusal = config.status();
     if (refusal.ok()) {
       if (!configs.insert(DeterministicBytes(*config)).second) continue;
-      // With the rules between a study and its configs.
-      const absl::StatusOr<v1::StudySpec> alone = RungStudy(search, 0, {trials[0], trial});
-      refusal = alone.ok() ? ValidateStudy(*alone) : alone.status();
+      refusal = CheckTrial(search, trial);
     }
     if (refusal.ok()) {
       trials.push_back(std::move(trial));

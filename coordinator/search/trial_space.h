@@ -19,6 +19,9 @@ using SearchValues = google::protobuf::RepeatedPtrField<v1::SearchValue>;
 // fields after it keep theirs.
 SearchValues ValuesAt(const SearchSpace& space, std::span<const double> point);
 
+// Returns whether the conditions of the field hold, by values of the fields before it.
+bool IsVaried(const v1::SearchField& field, const SearchValues& values);
+
 // Returns the text of the value that the field has among these; null where its conditions fail.
 const std::string* ValueOf(const SearchValues& values, const std::string& path);
 
@@ -26,10 +29,15 @@ const std::string* ValueOf(const SearchValues& values, const std::string& path);
 // field is varied in it.
 double PlaceInRange(const v1::SearchField& field, const std::string& yaml);
 
-// Returns the trials of a search, the default first, numbered from 0. Points whose config the rules
-// of configs forbid, or an earlier trial or the default has, are left out; a small space may so
-// have fewer trials than asked for. The same study with more trials begins with the same ones.
-// Errors: kInvalidArgument if no point of the space is a valid trial, with the reason of the first.
-absl::StatusOr<std::vector<v1::SearchTrial>> ProposeTrials(const v1::StudySpec& search);
+// Checks that a trial's study may be submitted, by the rules of configs and studies. Errors:
+// kInvalidArgument.
+absl::Status CheckTrial(const v1::StudySpec& search, const v1::SearchTrial& trial);
+
+// Returns the trials of a search, the default first, numbered from 0, and `wanted` others at
+// Sobol's points. Points whose config the rules of configs forbid, or an earlier trial or the
+// default has, are left out; a small space may so have fewer trials than asked for. More trials
+// begin with the same ones. Errors: kInvalidArgument if no point of the space is a valid trial,
+// with the reason of the first.
+absl::StatusOr<std::vector<v1::SearchTrial>> ProposeTrials(const v1::StudySpec& search, int wanted);
 
 }  // namespace parallax

@@ -122,7 +122,7 @@ TEST_F(SearchesTest, WrongCallsAreRefusedByName) {
   study = SmallSearch();
   study.mutable_search()->set_sampler("optuna");
   EXPECT_THAT(std::string(Open(study).status().message()),
-              HasSubstr("search.sampler 'optuna' is not known here; known is: sobol"));
+              HasSubstr("search.sampler \"optuna\" is not known here; known are: sobol"));
   study.clear_search();
   EXPECT_THAT(std::string(Open(study).status().message()), HasSubstr("has no `search`"));
 }

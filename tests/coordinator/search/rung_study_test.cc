@@ -15,7 +15,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 std::vector<v1::SearchTrial> TrialsOf(const v1::StudySpec& search) {
-  const auto trials = ProposeTrials(search);
+  const auto trials = ProposeTrials(search, search.search().trials());
   EXPECT_TRUE(trials.ok()) << trials.status();
   return trials.ok() ? *trials : std::vector<v1::SearchTrial>();
 }
@@ -113,11 +113,20 @@ TEST(CheckSearch, RefusesWhatCannotBeSearchedByName) {
   EXPECT_THAT(refusal([](auto& study) { study.clear_search(); }), HasSubstr("has no `search`"));
   EXPECT_THAT(refusal([](auto& study) { study.add_variants()->set_name("more"); }),
               HasSubstr("2 variants, wanted 1"));
-  EXPECT_THAT(refusal([](auto& study) { study.mutable_search()->set_sampler("optuna"); }),
-              HasSubstr("search.sampler 'optuna' is not known here; known is: sobol"));
   const absl::Status submitted = CheckStudySpec(SmallSearch());
   EXPECT_THAT(std::string(submitted.message()),
               HasSubstr("`parallax search FILE` begins a search"));
+}
+
+TEST(TrialsAtOnce, SamplersBeginWithAFewToLearnFrom) {
+  v1::StudySpec search = SmallSearch(30);
+  EXPECT_EQ(TrialsAtOnce(search), 30);
+  search.mutable_search()->set_sampler("optuna");
+  EXPECT_EQ(TrialsAtOnce(search), 8);
+  search.mutable_search()->set_trials(3);
+  EXPECT_EQ(TrialsAtOnce(search), 3);
+  search.mutable_search()->set_trials(9);
+  EXPECT_EQ(TrialsAtOnce(search), 4);
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ TEST(TrialSpace, AFieldIsVariedOnlyWhereItsConditionsHold) {
 }
 
 TEST(ProposeTrials, AreConfigsOfTheSpaceAndBeginAlikeHoweverMany) {
-  const auto few = ProposeTrials(SmallSearch(4)), many = ProposeTrials(SmallSearch(32));
+  const auto few = ProposeTrials(SmallSearch(), 4), many = ProposeTrials(SmallSearch(), 32);
   ASSERT_TRUE(few.ok()) << few.status();
   ASSERT_TRUE(many.ok()) << many.status();
   ASSERT_EQ(few->size(), 5u);
@@ -137,11 +137,11 @@ TEST(ProposeTrials, AreConfigsOfTheSpaceAndBeginAlikeHoweverMany) {
 }
 
 TEST(ProposeTrials, LeavesOutWhatIsThereAlreadyOrForbidden) {
-  v1::StudySpec study = SmallSearch(16);
+  v1::StudySpec study = SmallSearch();
   study.mutable_search()->clear_space();
   AddChoices(*study.mutable_search(), "materials.mode", {"none", "all"});
   AddRange(*study.mutable_search(), "rigs.count", 1, 4, /*integer=*/true);
-  const auto trials = ProposeTrials(study);
+  const auto trials = ProposeTrials(study, 16);
   ASSERT_TRUE(trials.ok()) << trials.status();
   // A study of two rigs a scene can't have fewer; one of the others may be the default's config.
   EXPECT_GE(trials->size(), 6u);
@@ -158,7 +158,7 @@ TEST(ProposeTrials, ASpaceWithoutAValidTrialIsRefusedWithTheReason) {
   v1::StudySpec study = SmallSearch();
   study.mutable_search()->clear_space();
   AddRange(*study.mutable_search(), "floating.count", -9, -5, /*integer=*/true);
-  const auto trials = ProposeTrials(study);
+  const auto trials = ProposeTrials(study, 8);
   EXPECT_TRUE(absl::IsInvalidArgument(trials.status())) << trials.status();
   EXPECT_THAT(std::string(trials.status().message()),
               HasSubstr("search.space of study 'recipe': no point of it is a valid trial; the "

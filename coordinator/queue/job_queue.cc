@@ -137,11 +137,16 @@ absl::Status JobQueue::Impl::Open() {
   upkeep_ = std::make_unique<Upkeep>(*machine_, book_, options_);
   ASSIGN_OR_RETURN(readers_, Readers::Open(options_.db_path, options_.vfs, options_.readers,
                                            options_.read_deadline_s, *options_.kinds));
-  SqliteQuery leased(*db_, "SELECT id, fence, worker FROM jobs WHERE state = 'LEASED'");
+  const double now = options_.clock->UnixSeconds();
+  RETURN_IF_ERROR(NoteUnheard(*db_, now));
+  SqliteQuery leased(*db_,
+                     "SELECT j.id, j.fence, j.worker, u.since_unix_s FROM jobs AS j"
+                     " JOIN unheard_workers AS u ON u.worker = j.worker WHERE j.state = 'LEASED'");
   while (leased.Next()) {
     book_.Add({.job = leased.Int(0),
                .fence = static_cast<uint64_t>(leased.Int(1)),
-               .worker = std::string(leased.Text(2))});
+               .worker = std::string(leased.Text(2))},
+              std::clamp(now - leased.Real(3), 0.0, options_.lease_s));
   }
   RETURN_IF_ERROR(leased.status());
 

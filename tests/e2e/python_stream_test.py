@@ -16,7 +16,7 @@ from pathlib import Path
 from unittest import mock
 
 import numpy as np
-from python_client_test import BIN, TREE, Farm, end
+from python_client_test import BIN, TREE, Farm, end, said
 
 from parallax_data import ParallaxError, streams
 from parallax_data.streams import PairStream
@@ -123,9 +123,10 @@ class StreamTest(unittest.TestCase):
             else:
                 self.kill(training)
                 training = self.train(notes)
+        streams, studies = said("stream", "--coordinator", port)[1], said("status", "--coordinator", port)[1]
         self.kill(training)
         delivered = [line.split()[0] for line in notes.read_text().splitlines()]
-        self.assertEqual(delivered[:PAIRS], calm, f"after {kills}")
+        self.assertEqual(delivered[:PAIRS], calm, f"after {kills}\n{streams}{studies}")
 
     def train(self, notes):
         text = notes.read_text()

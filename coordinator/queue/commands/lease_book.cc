@@ -13,11 +13,11 @@ constexpr size_t kMostLiveLogBytes = 4096;  // Each lease keeps the last ones.
 
 }  // namespace
 
-void LeaseBook::Add(const LeaseRef& lease) {
+void LeaseBook::Add(const LeaseRef& lease, double unheard_s) {
   const std::lock_guard lock(mutex_);
   const auto known = entries_.find(lease.job);
   if (known != entries_.end()) EraseLocked(known);
-  entries_[lease.job] = {lease, clock_.Steady(), {}};
+  entries_[lease.job] = {lease, SecondsAfter(clock_.Steady(), -unheard_s), {}};
   ++held_by_[lease.worker];
 }
 

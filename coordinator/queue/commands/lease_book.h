@@ -1,5 +1,6 @@
 // The current leases, and when each was last heard of. Kept in memory, because a heartbeat must not
-// cost a disk write. After a restart, every lease counts as just heard of. Thread-safe.
+// cost a disk write. After a restart, a lease counts as heard of when the first start found it that
+// its worker has said nothing to. Thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +25,9 @@ class LeaseBook {
  public:
   LeaseBook(Clock& clock, double lease_s) : clock_(clock), lease_s_(lease_s) {}
 
-  // Adds a lease that was granted, or removes one that has ended.
-  void Add(const LeaseRef& lease);
+  // Adds a lease that was granted, or found at the start and last heard of `unheard_s` seconds ago;
+  // or removes one that has ended.
+  void Add(const LeaseRef& lease, double unheard_s = 0);
   void Remove(const LeaseRef& lease);
   // Notes that a lease was heard of. Returns false if the worker has no such lease.
   bool Touch(const std::string& worker, const v1::AttemptId& attempt);

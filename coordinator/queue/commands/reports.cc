@@ -298,6 +298,7 @@ absl::StatusOr<std::vector<v1::AttemptId>> Reports::Adopt(const std::string& wor
     }
     given_up_.erase(given_up);
   }
+  RETURN_IF_ERROR(tables_.db.Run("DELETE FROM unheard_workers WHERE worker = ?1", worker));
   const double now = tables_.Now();
   bool counted = false;
   ASSIGN_OR_RETURN(const std::vector<int64_t> leased, tables_.jobs.LeasedBy(worker));

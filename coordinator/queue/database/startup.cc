@@ -28,6 +28,18 @@ absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s, boo
   return static_cast<uint64_t>(epoch);
 }
 
+absl::Status NoteUnheard(SqliteConnection& db, double now_unix_s) {
+  RETURN_IF_ERROR(db.Run("BEGIN IMMEDIATE"));
+  RETURN_IF_ERROR(
+      db.Run("DELETE FROM unheard_workers WHERE worker NOT IN"
+             " (SELECT worker FROM jobs WHERE state = 'LEASED')"));
+  RETURN_IF_ERROR(
+      db.Run("INSERT OR IGNORE INTO unheard_workers"
+             " SELECT DISTINCT worker, ?1 FROM jobs WHERE state = 'LEASED'",
+             now_unix_s));
+  return db.Run("COMMIT");
+}
+
 absl::Status EnterKinds(SqliteConnection& db, const KindRegistry& kinds) {
   {
     SqliteQuery used(db, "SELECT DISTINCT kind FROM job_counts");

@@ -36,7 +36,8 @@ class HttpsTest : public FolderTest {
     JobQueueOptions queue;
     queue.db_path = dir_ + "/queue.db";
     queue_ = *JobQueue::Open(queue);
-    const CoordinatorServerOptions server{.listen = {"unix:" + dir_ + "/s"}};
+    CoordinatorServerOptions server;
+    server.listen = {"unix:" + dir_ + "/s"};
     server_ = *CoordinatorServer::Start(server, *queue_);
     std::ostringstream said;
     EXPECT_TRUE(InitFarm({.dir = dir_ + "/tls"}, Clock::System(), said).ok());

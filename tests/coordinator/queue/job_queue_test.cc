@@ -192,6 +192,22 @@ TEST_F(JobQueueTest, ARestartAdoptsWhatAWorkerStillRuns) {
   EXPECT_EQ(Complete(Answer(leases[1], "w")), v1::REPORT_OUTCOME_STALE_FENCE);
 }
 
+TEST_F(JobQueueTest, StartsInQuickSuccessionProlongNoLeaseOfADeadWorker) {
+  Submit({.pairs = 4});
+  const v1::Lease dead = LeaseOne(AnyWorker("dead"));
+  const v1::Lease alive = LeaseOne(AnyWorker("alive"));
+  for (int start = 0; start < 6; ++start) {
+    clock_.Advance(9);
+    Reopen();
+    ASSERT_TRUE(queue_->Adopt("alive", {alive.attempt()}).ok());
+    Tick();
+    // A lease has 30 s from the first start on.
+    EXPECT_EQ(queue_->IsHeldBy("dead", dead.attempt()), start * 9 < 30) << start;
+    EXPECT_TRUE(queue_->IsHeldBy("alive", alive.attempt())) << start;
+  }
+  EXPECT_EQ(Complete(Answer(dead, "dead")), v1::REPORT_OUTCOME_STALE_FENCE);
+}
+
 TEST_F(JobQueueTest, LeasesThatNeverReachedTheirWorkersSayNothingAgainstTheJob) {
   const StudyId study = Submit({.pairs = 2});
   for (const bool same_process : {true, false}) {

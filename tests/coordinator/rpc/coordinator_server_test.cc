@@ -457,7 +457,9 @@ TEST_F(CoordinatorServerTest, HttpTellsHealthMetricsAndWorkers) {
   StartAgent("worker-7", noop_);
   const int64_t id = Submit(4, 2, {"v"});
   ASSERT_TRUE(WaitForState(id, v1::STUDY_STATE_SUCCEEDED));
-  const HttpServerOptions options{.listen = "127.0.0.1:0", .db_path = dir_ + "/queue.db"};
+  HttpServerOptions options;
+  options.listen = "127.0.0.1:0";
+  options.db_path = dir_ + "/queue.db";
   auto http = HttpServer::Start(options, *queue_, *server_);
   ASSERT_TRUE(http.ok()) << http.status();
   const Browser client("http://" + (*http)->address());

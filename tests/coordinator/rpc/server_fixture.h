@@ -74,7 +74,9 @@ class CoordinatorServerTest : public FolderTest {
   }
   // Takes all kinds that it has handlers for.
   void StartAgent(const std::string& name, JobHandlers handlers, int slots) {
-    AgentOptions options{.coordinator = *ParseRpcAddress(address_), .name = name};
+    AgentOptions options;
+    options.coordinator = *ParseRpcAddress(address_);
+    options.name = name;
     for (const auto& handler : handlers) options.kinds.push_back(handler->kind());
     options.slots = slots;
     options.outbox_root = dir_ + "/outbox";

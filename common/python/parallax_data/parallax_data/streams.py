@@ -16,8 +16,9 @@ import threading
 import time
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Sequence, Tuple, TypeVar
 
 from . import frame_maps
 from .client import Client
@@ -30,6 +31,7 @@ _AGAIN_S = 1.0     # Between tries while the coordinator is away.
 _CHUNK_BYTES = 1 << 20
 
 _log = logging.getLogger(__name__)
+_Reply = TypeVar("_Reply")
 
 
 class PairStream:
@@ -153,7 +155,7 @@ class _Reader:
     def _fetch(self) -> None:
         owner = self._owner
         where: Dict[str, Any] = {"resume": True} if owner._position is None else {"position": owner._position}
-        last_answer = waits_since = time.monotonic()
+        waits_since = time.monotonic()
         said = ""
         while True:
             with self._lock:
@@ -162,28 +164,32 @@ class _Reader:
                 if self._closing:
                     return
                 limit = owner.ahead - len(self._queue)
-            try:
-                reply = self._ask(wait_s=min(_WAIT_S, 1.0 + owner.patience_s), limit=limit, **where)
-            except ParallaxError as error:
-                # A coordinator that restarts is back soon.
-                if error.code != ParallaxError.UNREACHABLE or time.monotonic() - last_answer > owner.patience_s:
-                    raise
-                time.sleep(_AGAIN_S)
-                continue
-            last_answer = time.monotonic()
+            reply = self._patiently(partial(self._ask, wait_s=min(_WAIT_S, 1.0 + owner.patience_s), limit=limit, **where))
             where = {"position": reply.position}
             if reply.pairs:
-                waits_since = last_answer
-            elif last_answer - waits_since > _SAY_AFTER_S and reply.waits_for != said:
+                waits_since = time.monotonic()
+            elif time.monotonic() - waits_since > _SAY_AFTER_S and reply.waits_for != said:
                 said = reply.waits_for
                 _log.warning("stream %s waits: %s", owner.name, said)
             positions = [pair.position for pair in reply.pairs[1:]] + [reply.position]
             for pair, after in zip(reply.pairs, positions):
-                folder, drop = self._bring(pair, reply.store_uri)
+                folder, drop = self._patiently(partial(self._bring, pair, reply.store_uri))
                 future = self._pool.submit(self._read, pair, folder)
                 with self._lock:
                     self._queue.append((future, after, drop))
                     self._lock.notify_all()
+
+    def _patiently(self, call: Callable[[], _Reply]) -> _Reply:
+        """What `call` returns; it is made again while the coordinator is away: one that restarts is back soon."""
+        began = time.monotonic()
+        while True:
+            try:
+                return call()
+            except ParallaxError as error:
+                away = error.code == ParallaxError.UNREACHABLE
+                if not away or self._closing or time.monotonic() - began > self._owner.patience_s:
+                    raise
+            time.sleep(_AGAIN_S)
 
     def _bring(self, pair: Any, store_uri: str) -> Tuple[Path, Callable[[], None]]:
         """The folder of the pair's files, and what removes it when it is a copy."""
@@ -193,7 +199,7 @@ class _Reader:
         if self._folder is None:
             self._folder = tempfile.mkdtemp(prefix="parallax-stream-")
         folder = Path(self._folder, f"{pair.chunk}-{pair.variant}-{pair.scene}-{pair.frame.rig}-{pair.position}")
-        folder.mkdir()
+        folder.mkdir(exist_ok=True)
         for file in pair.frame.files:
             if self._owner.maps or file.name in _basic_files(self._owner.pictures):
                 (folder / file.name).write_bytes(self._client.file(f"{pair.frame.path}/{file.name}"))

@@ -57,7 +57,7 @@ std::string HoursText(double hours) { return FormatNumber(hours); }
 absl::StatusOr<SearchCosts> CostsOfSearch(const v1::StudySpec& search, double factor,
                                           const BenchmarkSizes& own) {
   const v1::SearchSpec spec = SearchOf(search);
-  ASSIGN_OR_RETURN(std::vector<v1::SearchTrial> trials, ProposeTrials(search));
+  ASSIGN_OR_RETURN(std::vector<v1::SearchTrial> trials, ProposeTrials(search, spec.trials()));
   SearchCosts costs;
   for (int rung = 0; rung < spec.rungs_size() && trials.size() > 1; ++rung) {
     ASSIGN_OR_RETURN(const v1::StudySpec study, RungStudy(search, rung, trials));

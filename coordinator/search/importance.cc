@@ -13,7 +13,8 @@ constexpr int kReplicates = 500;
 constexpr double kTail = 0.025;
 constexpr int kFewestMore = 3;  // Trials beyond the means' degrees of freedom.
 
-// Returns the columns of the means that a field has: the first is 1.
+// Returns the columns of the means that a field has: the first is 1, the second marks trials where
+// it is not varied.
 Eigen::MatrixXd DesignOf(const v1::SearchField& field, const std::vector<Outcome>& outcomes) {
   const auto rows = static_cast<Eigen::Index>(outcomes.size());
   const int groups = field.choices().empty() ? 3 : field.choices_size() + 1;
@@ -35,16 +36,24 @@ Eigen::MatrixXd DesignOf(const v1::SearchField& field, const std::vector<Outcome
   return design;
 }
 
-// Returns the adjusted share of the variance of `y` that the columns explain; negative where they
-// explain less than chance does. NaN where nothing can be told.
-double ShareOf(const Eigen::MatrixXd& design, const Eigen::VectorXd& y) {
-  const Eigen::VectorXd centred = y.array() - y.mean();
-  const double all = centred.squaredNorm();
+// Returns the variance of `y` that the columns leave; NaN if their means are as free as `y`,
+// nearly.
+double VarianceLeft(const Eigen::MatrixXd& design, const Eigen::VectorXd& y) {
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(design);
   const double free = static_cast<double>(design.rows() - qr.rank());
-  if (free < kFewestMore || !(all > 1e-20 * (1 + y.squaredNorm()))) return std::nan("");
-  const double left = (centred - design * qr.solve(centred)).squaredNorm();
-  return 1 - left / free * static_cast<double>(design.rows() - 1) / all;
+  if (free < kFewestMore) return std::nan("");
+  return (y - design * qr.solve(y)).squaredNorm() / free;
+}
+
+// Returns the adjusted share of the variance of `y` that the field's values explain, beyond whether
+// it is varied, which is the effect of other fields; negative where they explain less than chance
+// does. NaN where nothing can be told.
+double ShareOf(const Eigen::MatrixXd& design, const Eigen::VectorXd& y) {
+  if (design.rows() <= kFewestMore) return std::nan("");
+  const Eigen::VectorXd centred = y.array() - y.mean();
+  const double all = centred.squaredNorm() / static_cast<double>(design.rows() - 1);
+  if (!(all > 1e-20 * (1 + y.squaredNorm()))) return std::nan("");
+  return (VarianceLeft(design.leftCols(2), centred) - VarianceLeft(design, centred)) / all;
 }
 
 v1::SearchFigure IntervalOf(const Eigen::MatrixXd& design, const Eigen::VectorXd& y) {

@@ -78,8 +78,8 @@ absl::StatusOr<v1::StudySpec> StudyOf(const v1::StudySpec& search, const StudyPa
   evaluate.clear_baselines();
   evaluate.set_checkpoints(1);
   evaluate.set_reference(kDefaultTrial);
-  evaluate.set_heldout_variant(kDefaultTrial);
   KeepBenchmarks(part.benchmarks, evaluate);
+  evaluate.set_heldout_variant(evaluate.heldout_pairs() > 0 ? kDefaultTrial : "");
   ResolveTraining(&study);
   return study;
 }

@@ -46,6 +46,12 @@ std::string LastingPart(v1::StudySpec study) {
   return DeterministicBytes(study);
 }
 
+// Returns how many trials a sampler is asked for.
+int MissingTrials(const v1::SearchRecord& record) {
+  const v1::StudySpec& search = record.study();
+  return std::min(search.search().trials() + 1 - record.trials_size(), TrialsAtOnce(search));
+}
+
 bool IsOver(const v1::SearchRecord& record) {
   return !record.outcome().empty() ||
          (!record.over().empty() && !SearchOf(record.study()).confirm().enabled());
@@ -269,16 +275,16 @@ absl::Status SearchKeeper::Step(Search& search, bool may_ask) {
 
 absl::StatusOr<std::optional<int64_t>> SearchKeeper::Submit(
     Search& search, const absl::StatusOr<v1::StudySpec>& study) {
-  absl::StatusOr<v1::SubmitReply> reply = study.status();
+  absl::Status refused = study.status();
   if (study.ok()) {
     v1::SubmitRequest request;
     request.set_idempotency_key(NextKeyOf(search.record));
     *request.mutable_study() = *study;
-    reply = queue_.Submit(request, search.record.actor());
+    const absl::StatusOr<v1::SubmitReply> reply = queue_.Submit(request, search.record.actor());
+    if (reply.ok()) return reply->study_id();
+    refused = reply.status();
   }
-  if (reply.ok()) return reply->study_id();
-  search.needs =
-      fmt::format("its next study can't be submitted: {}", ToStd(reply.status().message()));
+  search.needs = fmt::format("its next study can't be submitted: {}", ToStd(refused.message()));
   return std::nullopt;
 }
 
@@ -359,10 +365,9 @@ absl::Status SearchKeeper::Ask(Search& search, const std::vector<TrialScore>& sc
     search.needs = fmt::format("sampler {} is not known here any more", Quoted(spec.sampler()));
     return absl::OkStatus();
   }
-  const int missing = spec.trials() + 1 - search.record.trials_size();
-  const int count = std::min(missing, TrialsAtOnce(search.study()));
-  auto run =
-      SamplerRun::Start(sampler->second, AskText(search.record, scores, failed, count), clock_);
+  auto run = SamplerRun::Start(sampler->second,
+                               AskText(search.record, scores, failed, MissingTrials(search.record)),
+                               clock_);
   if (!run.ok()) return run.status();
   search.asking = *std::move(run);
   search.waits_for = fmt::format("sampler {} is asked for trials", spec.sampler());
@@ -376,16 +381,16 @@ absl::Status SearchKeeper::TakeAnswer(Search& search) {
   if (!answer) return absl::OkStatus();
   search.asking.reset();
   search.waits_for.clear();
-  absl::StatusOr<std::vector<v1::SearchTrial>> trials = answer->status();
+  std::vector<v1::SearchTrial> trials;
+  absl::Status problem = answer->status();
   if (answer->ok()) {
-    const int missing = spec.trials() + 1 - search.record.trials_size();
-    trials =
-        AnsweredTrials(search.record, **answer, std::min(missing, TrialsAtOnce(search.study())));
-    if (!trials.ok()) trials = WithContext(trials.status(), "sampler " + spec.sampler());
+    auto answered = AnsweredTrials(search.record, **answer, MissingTrials(search.record));
+    problem = WithContext(answered.status(), "sampler " + spec.sampler());
+    if (answered.ok()) trials = *std::move(answered);
   }
-  if (!trials.ok()) {
+  if (!problem.ok()) {
     search.sampler_problem =
-        fmt::format("{}; it is asked again in {} s", ToStd(trials.status().message()), kAskAgain_s);
+        fmt::format("{}; it is asked again in {} s", ToStd(problem.message()), kAskAgain_s);
     search.ask_after = SecondsAfter(clock_.Steady(), kAskAgain_s);
     search.needs = search.sampler_problem;
     return absl::OkStatus();
@@ -393,7 +398,7 @@ absl::Status SearchKeeper::TakeAnswer(Search& search) {
   search.sampler_problem.clear();
   v1::SearchRecord record = search.record;
   DropRunningRung(record);
-  for (v1::SearchTrial& trial : *trials) *record.add_trials() = std::move(trial);
+  for (v1::SearchTrial& trial : trials) *record.add_trials() = std::move(trial);
   return Keep(search, std::move(record));
 }
 

@@ -85,7 +85,7 @@ TEST(RungStudy, TakesOwnAndHeldOutPairsOnlyWhereTheyAreAskedFor) {
   v1::StudySpec search = SmallSearch();
   v1::OwnBenchmark& own = *search.mutable_evaluate()->add_own_benchmarks();
   own.set_name("camera");
-  own.set_list("/pairs/list.txt");
+  own.set_list("pairs/list.txt");
   search.mutable_evaluate()->set_heldout_pairs(4);
   ResolveTraining(&search);
   EXPECT_THAT(SearchedBenchmarks(search), ElementsAre("shipped", "camera"));

@@ -108,7 +108,14 @@ TEST_F(SamplersTest, ThatHangAreEnded) {
   const auto answer = (*run)->Poll();
   ASSERT_TRUE(answer.has_value());
   EXPECT_EQ(std::string(answer->status().message()), "sampler sh: no answer within 20 s");
-  EXPECT_FALSE(std::filesystem::exists("/proc/" + std::to_string(std::stoi(pid))));
+  // It is gone, or nobody has asked yet how it ended.
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  const auto runs = [&] {
+    const auto stat = ReadFile("/proc/" + std::to_string(std::stoi(pid)) + "/stat");
+    return stat.ok() && stat->find(") Z ") == std::string::npos;
+  };
+  while (runs() && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+  EXPECT_FALSE(runs());
 }
 
 v1::SearchRecord RecordWithTrials() {

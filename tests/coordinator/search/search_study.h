@@ -29,6 +29,9 @@ inline void AddChoices(v1::SearchSpec& search, const std::string& path,
 
 inline v1::StudySpec SmallSearch(int trials = 8) {
   v1::StudySpec study = MakeStudy({.name = "recipe", .pairs = 8, .variants = {"default"}}).study();
+  v1::RenderConfig& render = *study.mutable_variants(0)->mutable_config()->mutable_render();
+  render.add_maps("disparity");
+  render.add_maps("masks");
   study.mutable_train()->set_seeds(2);
   study.mutable_train()->set_steps(100);
   study.mutable_evaluate()->add_benchmarks("shipped");

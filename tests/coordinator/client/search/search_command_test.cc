@@ -166,11 +166,27 @@ TEST_F(SearchCommandTest, ASearchIsATableOfItsTrials) {
   searches_.statuses = {Status()};
   const Outcome shown = Run({"camera"});
   EXPECT_EQ(shown.exit_code, kExitOk) << shown.err;
-  EXPECT_EQ(shown.out,
-            "camera: running, rung 2 of 3 with 2 of 3 trials, 1.25 core-hours\n"
-            "  rung 2: 9 of 12 trainings have ended\n"
-            "  TRIAL                    count                size_m  mode  replace_probability  "
-            "RUNG            ERROR %         FROM DEFAULT  VERDICT          CORE-S/PAIR  ENDED\n");
+  EXPECT_EQ(
+      shown.out,
+      "camera: running, rung 2 of 3 with 2 of 3 trials, 1.25 core-hours\n"
+      "  rung 2: 9 of 12 trainings have ended\n"
+      "  TRIAL     count  size_m  mode  replace_probability  RUNG            ERROR %         FROM "
+      "DEFAULT  VERDICT          CORE-S/PAIR  ENDED\n"
+      "  default  10..30  0.5..1  all                   0.5     2  22.0 [20.5, 23.5]            "
+      "        -                          4.25\n"
+      "  2            33   0.500  all                 0.250     2  19.5 [18.0, 21.0]    -2.5 "
+      "[-3.0, -2.0]  better                  4.25\n"
+      "  3            20   0.200  all                  1.00     1  31.0 [29.5, 32.5]    +1.0 "
+      "[+0.5, +1.5]  not significant         4.25\n"
+      "  1             7   0.137  none                    -     1  40.0 [38.5, 41.5]  +10.0 "
+      "[+9.5, +10.5]  worse                   4.25  rung 1: significantly worse than the "
+      "default\n"
+      "Settings, by the share of the error's variance that they explain:\n"
+      "  SETTING         SHARE  95 %\n"
+      "  materials.mode   62 %  30 % to 80 %\n"
+      "Best: trial 2: floating.count 33, floating.size_m 0.500, materials.mode all, "
+      "materials.replace_probability 0.250\n"
+      "  its error is 2.5 points below the default's [-3.0, -2.0]\n");
 }
 
 TEST_F(SearchCommandTest, ASearchWithoutScoresSaysWhatItWaitsFor) {
@@ -188,7 +204,7 @@ TEST_F(SearchCommandTest, ASearchWithoutScoresSaysWhatItWaitsFor) {
                                    "of rung 1\n"));
   EXPECT_THAT(shown.err, HasSubstr("note: no worker may train: start one with --role all"));
   const Outcome best = Run({"camera", "--best", dir_ + "/best.yaml"});
-  EXPECT_EQ(best.exit_code, kExitFailed);
+  EXPECT_EQ(best.exit_code, kExitUsage);
   EXPECT_THAT(best.err, HasSubstr("search 'camera' has no best trial yet: rung 2"));
 }
 
@@ -237,7 +253,7 @@ TEST_F(SearchCommandTest, AFileBeginsASearchAndANameFindsIt) {
   EXPECT_THAT(Run({}).out, HasSubstr("camera  running   2/3        1.25  trial 2"));
   EXPECT_EQ(Run({file, "--stop"}).exit_code, kExitOk);
   EXPECT_EQ(Run({"camera", "--forget", "--yes"}).exit_code, kExitOk);
-  EXPECT_EQ(Run({"camera", "--forget"}).exit_code, kExitFailed);  // Nobody agrees.
+  EXPECT_EQ(Run({"camera", "--forget"}).exit_code, kExitUsage);  // Nobody agrees.
   EXPECT_THAT(searches_.orders, ElementsAre("open camera", "stop camera", "forget camera"));
   const Outcome unknown = Run({"kamera"});
   EXPECT_EQ(unknown.exit_code, kExitUsage);
@@ -374,7 +390,7 @@ TEST_F(SearchPlanTest, APlanPricesTheRungsAndTheConfirmation) {
   ASSERT_EQ(plan.exit_code, kExitOk) << plan.err;
   EXPECT_THAT(plan.out, testing::StartsWith("camera: a search over 4 settings\n  rung"));
   EXPECT_THAT(plan.out, HasSubstr("\nSearch: "));
-  EXPECT_THAT(plan.out, HasSubstr(" core-hours in all (1,000 pairs "));
+  EXPECT_THAT(plan.out, HasSubstr(" core-hours in all (950 pairs "));
   const auto json = nlohmann::json::parse(RunCommand({"plan", Camera(), "--json"}).out)["search"];
   // Four of 50 pairs, three of 100 and two of 200, of which each has some from the rung before.
   ASSERT_EQ(json["rungs"].size(), 3u);

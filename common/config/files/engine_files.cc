@@ -83,6 +83,11 @@ void CheckEngine(const v1::Engine& engine, const std::string&, Findings* finding
       check.Tell(path + ".is", "is missing, expected waiting, running or ending");
     }
   }
+  for (int i = 0; i < engine.environment_size(); ++i) {
+    if (engine.environment(i).find('=') != std::string::npos) continue;
+    check.Tell(fmt::format("environment[{}]", i),
+               Quoted(engine.environment(i)) + ", expected NAME=value");
+  }
   check.Words("environment", engine.environment(),
               {"engine", "coordinator", "tls", "idle_s", "cores", "memory_mb", "wall_s",
                "arguments", "grace_s", "long_grace_s"},

@@ -11,6 +11,7 @@
 #include <sstream>
 #include <thread>
 
+#include "common/base/shell_word.h"
 #include "common/base/system/child_process.h"
 #include "common/base/system/file.h"
 #include "common/base/system/temporary_folder.h"
@@ -159,8 +160,15 @@ Texts BatchEngine::SubmitWords(int pilots) const {
 }
 
 std::string BatchEngine::SubmitCommand(int pilots) const {
-  return fmt::format("{} {}", fmt::join(Filled(engine_.environment(), options_.values), " "),
-                     fmt::join(SubmitWords(pilots), " "));
+  std::string line;
+  for (const std::string& setting : Filled(engine_.environment(), options_.values)) {
+    const size_t value = std::min(setting.find('='), setting.size() - 1) + 1;
+    line += setting.substr(0, value);
+    line += (value < setting.size() ? ShellWord(setting.substr(value)) : "") + " ";
+  }
+  for (const std::string& word : SubmitWords(pilots)) line += ShellWord(word) + " ";
+  line.pop_back();
+  return line;
 }
 
 absl::StatusOr<std::string> BatchEngine::Submit(int pilots) const {

@@ -44,6 +44,7 @@ TEST(EngineFiles, EachWrongFileNamesLineFieldAndWhatIsExpected) {
       {"array: true", "array: many", "mine.yaml:4: submit.array: many, allowed is true or false"},
       {"cancel:", "cancels:", "mine.yaml:10: cancels: no such field, did you mean cancel?"},
       {"={tls}", "={secret}", "mine.yaml:20: environment[1]: there is no {secret}, expected {"},
+      {"IDLE={idle_s}", "IDLE", "mine.yaml:20: environment[2]: \"PARALLAX_IDLE\", expected NAME="},
       {"submit:", "name: a b\nsubmit:", "mine.yaml:2: name: \"a b\" is not a name"},
   };
   ASSERT_TRUE(ParseEngine(good, "mine.yaml").ok());

@@ -457,6 +457,10 @@ TEST_F(FarmCommandTest, AnEngineOfTheUsersOwnIsAFileThatIsChecked) {
   EXPECT_EQ(dry.exit_code, kExitOk) << dry.err;
   EXPECT_THAT(dry.out, HasSubstr("1 run, 0 wait, 2 wanted: would submit 1\n"));
   EXPECT_THAT(dry.out, HasSubstr("tsub " + script_ + "\n"));
+  std::vector<std::string> spaced = farm;
+  spaced[5] = WriteText("my pilot.sh", "");
+  EXPECT_THAT(Run(spaced).out, HasSubstr("tsub '" + dir_ + "/my pilot.sh'\n"))
+      << "a command to copy";
   const auto with = [&](std::vector<std::string> more) {
     more.insert(more.begin(), farm.begin(), farm.end());
     return Run(more);

@@ -201,7 +201,7 @@ def a_stream_shows_what_it_waits_for(page, farm, shots):
     farm.client("stream", path, *SMALL)
     page.value("location.hash = '#/'")
     page.wait("document.querySelector('#streams')?.closest('section').innerText.includes('pairs of chunk 0')")
-    farm.client("pause", "drive-000000")
+    farm.client("pause", "drive-0")
     page.wait("document.querySelector('#streams')?.closest('section').querySelector('.warn')?.textContent.includes('parallax resume')")
     shot(page, shots, "streams")
 

@@ -20,7 +20,7 @@ struct FarmOptions {
   FarmLimits limits{.max = 0};
   double interval_s = 30;
   int idle_s = 300;
-  std::string engine = "slurm";
+  std::string engine;
   std::string script;
   std::string worker_tls;
   std::string job_name = "parallax";
@@ -218,8 +218,9 @@ absl::StatusOr<ExitCode> KeepFarm(const FarmOptions& options, Session& session) 
 void AddFarmOptions(CLI::App* command, FarmOptions& options) {
   command
       ->add_option("ENGINE,--engine", options.engine,
-                   "slurm (default), pbs, lsf, or the file of another batch system")
-      ->type_name("NAME|FILE");
+                   "slurm, pbs, lsf, or the file of another batch system")
+      ->type_name("NAME|FILE")
+      ->required();
   command->add_option("--max", options.limits.max, "Largest number of pilots")
       ->type_name("N")
       ->required()

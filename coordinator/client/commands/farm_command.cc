@@ -3,7 +3,9 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "common/base/status.h"
@@ -26,8 +28,8 @@ struct FarmOptions {
   std::string job_name = "parallax";
   std::vector<std::string> submit;
   std::vector<std::string> worker_arguments;
-  int cores = 0, memory_mb = 0, wall_minutes = 0;  // 0: not said.
-  std::string log;
+  // What pilots get, by the placeholder of engine.proto; empty: as the script says.
+  std::map<std::string, std::string> resources;
   bool dry_run = false;
   bool until_done = false;
   std::string at_end = "leave";
@@ -38,33 +40,25 @@ std::string GraceOf(int seconds) {
   return seconds == 0 ? "" : std::to_string(seconds - std::clamp(seconds / 3, 1, 30));
 }
 
-// Sets the value that an option gives, if the engine has words for it.
-absl::Status SetValue(const v1::Engine& engine, const char* option, int words,
-                      const std::string& value, std::string& set) {
-  if (words == 0)
-    return InvalidArgument("{}: engine {} has no words for it", option, engine.name());
-  set = value;
-  return absl::OkStatus();
-}
-
 absl::Status SetResources(const FarmOptions& options, const v1::Engine& engine,
                           std::map<std::string, std::string>& values) {
   const v1::EngineSubmit& submit = engine.submit();
-  if (options.cores > 0) {
-    RETURN_IF_ERROR(SetValue(engine, "--cores", submit.cores_size(), std::to_string(options.cores),
-                             values["cores"]));
+  const std::pair<std::string, int> words[] = {{"cores", submit.cores_size()},
+                                               {"memory_mb", submit.memory_size()},
+                                               {"wall_minutes", submit.wall_time_size()},
+                                               {"log", submit.log_size()}};
+  for (const auto& [name, count] : words) {
+    const std::string& given = options.resources.at(name);
+    if (given.empty()) continue;
+    std::string option = name;
+    std::replace(option.begin(), option.end(), '_', '-');
+    if (count == 0) {
+      return InvalidArgument("--{}: engine {} has no words for it", option, engine.name());
+    }
+    values[name] = given;
+    if (name == "wall_minutes") values["wall_s"] = std::to_string(60 * std::stoll(given));
   }
-  if (options.memory_mb > 0) {
-    RETURN_IF_ERROR(SetValue(engine, "--memory-mb", submit.memory_size(),
-                             std::to_string(options.memory_mb), values["memory_mb"]));
-  }
-  if (options.wall_minutes > 0) {
-    values["wall_minutes"] = std::to_string(options.wall_minutes);
-    RETURN_IF_ERROR(SetValue(engine, "--wall-minutes", submit.wall_time_size(),
-                             std::to_string(options.wall_minutes * 60), values["wall_s"]));
-  }
-  if (options.log.empty()) return absl::OkStatus();
-  return SetValue(engine, "--log", submit.log_size(), options.log, values["log"]);
+  return absl::OkStatus();
 }
 
 absl::StatusOr<PilotOptions> PilotOptionsOf(const FarmOptions& options, const v1::Engine& engine,
@@ -257,21 +251,22 @@ void AddFarmOptions(CLI::App* command, FarmOptions& options) {
                    "may be repeated")
       ->type_name("OPTION")
       ->allow_extra_args(false);
-  command->add_option("--cores", options.cores, "Cores of a pilot (default: as the script says)")
-      ->type_name("N")
-      ->check(CLI::Range(1, 4096));
+  const struct {
+    const char *name, *value, *type, *help;
+    int most;
+  } resources[] = {
+      {"--cores", "cores", "N", "Cores of a pilot", 4096},
+      {"--memory-mb", "memory_mb", "MB", "Memory of a pilot", 1 << 24},
+      {"--wall-minutes", "wall_minutes", "MINUTES", "Longest time of a pilot", 1 << 20}};
+  constexpr char kDefault[] = " (default: as the script says)";
+  for (const auto& one : resources) {
+    command->add_option(one.name, options.resources[one.value], std::string(one.help) + kDefault)
+        ->type_name(one.type)
+        ->check(CLI::Range(1, one.most));
+  }
   command
-      ->add_option("--memory-mb", options.memory_mb,
-                   "Memory of a pilot (default: as the script says)")
-      ->type_name("MB")
-      ->check(CLI::Range(1, 1 << 24));
-  command
-      ->add_option("--wall-minutes", options.wall_minutes,
-                   "Longest time of a pilot (default: as the script says)")
-      ->type_name("MINUTES")
-      ->check(CLI::Range(1, 1 << 20));
-  command
-      ->add_option("--log", options.log, "File of a pilot's output (default: as the script says)")
+      ->add_option("--log", options.resources["log"],
+                   std::string("File of a pilot's output") + kDefault)
       ->type_name("FILE");
   command->add_flag("--dry-run", options.dry_run, "Look once, say what would be done, do nothing");
   command->add_flag("--until-done", options.until_done,

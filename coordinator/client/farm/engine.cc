@@ -146,7 +146,7 @@ Texts BatchEngine::SubmitWords(int pilots) const {
   Texts options;
   for (const auto& [value, words] :
        {std::pair("cores", &submit.cores()), std::pair("memory_mb", &submit.memory()),
-        std::pair("wall_s", &submit.wall_time()), std::pair("log", &submit.log())}) {
+        std::pair("wall_minutes", &submit.wall_time()), std::pair("log", &submit.log())}) {
     if (!options_.values.contains(value)) continue;
     const Texts filled = Filled(*words, options_.values);
     options.insert(options.end(), filled.begin(), filled.end());

@@ -17,7 +17,8 @@ struct PilotOptions {
   std::vector<std::string> submit_options;    // "--partition=short"
   std::vector<std::string> worker_arguments;  // Arguments of the worker.
   // Values for the placeholders of the engine's file, without braces; one that is not here is
-  // empty, and its words are no options of the submission: "cores", "memory_mb", "wall_s", "log".
+  // empty, and its words are no options of the submission: "cores", "memory_mb", "wall_minutes",
+  // "log".
   std::map<std::string, std::string> values;
 };
 

@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "common/base/shell_word.h"
 #include "common/base/system/cores.h"
 #include "common/config/camera_text.h"
 #include "coordinator/client/command.h"
@@ -204,7 +205,7 @@ absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
       return InvalidArgument(
           "--yes: study '{}' is endless and is not submitted; `parallax stream "
           "{}` begins it",
-          study.name(), options.study.study);
+          study.name(), ShellWord(options.study.study));
     }
     study = ChunkStudy(stream, 0);
     study.set_name(stream.name());

@@ -19,7 +19,8 @@
 #include "common/base/usage_error.h"
 #include "common/base/version.h"
 #include "common/store/store.h"
-#include "coordinator/client/runs/page_table.h"
+#include "coordinator/client/scores/page_table.h"
+#include "coordinator/client/scores/score_trials.h"
 #include "coordinator/init.h"
 #include "coordinator/queue/database_tools.h"
 #include "coordinator/queue/job_queue.h"
@@ -135,6 +136,11 @@ void DeclareRules(CLI::App& serve, ServeOptions& options) {
                   "YAML file of how many jobs, studies and pairs each user may have at a time "
                   "(see coordinator/README.md; default: no limits)")
       ->type_name("FILE");
+  serve
+      .add_option("--samplers", options.samplers,
+                  "Folder of YAML files, each a program that searches may name to propose trials "
+                  "(see coordinator/search/README.md; default: only the built-in sobol)")
+      ->type_name("DIR");
   serve
       .add_option("--store-access", options.store_access,
                   "How workers reach the store: direct (they see it themselves), stream (their "
@@ -389,6 +395,7 @@ int Main(int argc, char** argv) {
   if (!level.ok()) return End({level.status(), kExitUsage});
   InitLogging({.json = line.log_json, .level = *level, .program = "coordinator"});
   line.serve.table = PageTable;
+  line.serve.scores = ScoreTrials;
   if (serve->parsed()) return End(Serve(line.serve));
   if (init->parsed()) return End(Init(line.init));
   if (check->parsed()) return End(Check(line.check));

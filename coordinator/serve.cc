@@ -223,6 +223,8 @@ ProgramError Serve(const ServeOptions& options) {
     if (!loaded.ok()) return {loaded.status(), kExitUsage};
     limits = *std::move(loaded);
   }
+  auto samplers = LoadSamplers(options.samplers);
+  if (!samplers.ok()) return {samplers.status(), kExitUsage};
   const NotifierOptions notify = NotifierOptionsOf(options);
   if (const absl::Status status = CheckNotifierOptions(notify); !status.ok()) {
     return {status, kExitUsage};
@@ -246,8 +248,15 @@ ProgramError Serve(const ServeOptions& options) {
   }
   if (!queue.ok()) return ExplainOpenError(queue.status(), options.db);
 
-  auto server =
-      CoordinatorServer::Start(ServerOptionsOf(options, *security, budget->rpc, **store), **queue);
+  CoordinatorServerOptions server_options =
+      ServerOptionsOf(options, *security, budget->rpc, **store);
+  if (options.scores != nullptr) {
+    server_options.scorer = [&](const ScoreQuery& query) {
+      return options.scores(**queue, **store, query);
+    };
+  }
+  server_options.samplers = *std::move(samplers);
+  auto server = CoordinatorServer::Start(server_options, **queue);
   if (!server.ok()) return ListenError(server.status());
   Janitor janitor(**queue, **store, (*server)->content(),
                   {.lease_s = options.lease_s,

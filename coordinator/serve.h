@@ -8,6 +8,7 @@
 
 #include "common/base/status.h"
 #include "coordinator/exit_status.h"
+#include "coordinator/search/trial_scores.h"
 
 namespace parallax {
 
@@ -32,6 +33,7 @@ struct ServeOptions {
   double keep_days = 0;            // After its end, a study is then forgotten; 0: never.
   double keep_gb = 0;              // Bound on the results of all studies, 1e9 bytes; 0: none.
   std::string limits;              // File with the limits of users; empty: none.
+  std::string samplers;            // Folder of programs that propose trials; empty: none.
   bool adopt_store = false;        // Take whatever is at `store` for the database's store.
   double scrub_mb_s = 8;           // Rate at which results are read for damage; 0: never.
   double scrub_days = 7;           // From the begin of a pass to that of the next one.
@@ -42,6 +44,9 @@ struct ServeOptions {
   double notify_stall_min = 30;    // Minutes without a running job that are a stall; 0: never.
   // Makes the table of results of a study for the page; null: the page shows none.
   std::function<absl::StatusOr<std::string>(JobQueue&, const Store&, int64_t study)> table;
+  // Scores the studies of searches; null: this coordinator doesn't search.
+  std::function<absl::StatusOr<std::vector<TrialScore>>(JobQueue&, const Store&, const ScoreQuery&)>
+      scores;
   const KindRegistry* kinds = nullptr;  // Null: the program's own. Must outlive the call.
 };
 

@@ -43,8 +43,8 @@ INNER_LEVELS = {
     "worker/train": ("network", "contract", "data"),
     "worker/jobs": ("files", "training"),
     "coordinator/http": ("web", "server"),
-    "coordinator/queue": ("job_state.h notice.h commands/policy database/fail_point reads/farm_history.h", "job_kind", "ready_key stored_outputs.h", "job_queue.h lease.h", "database", "commands/report_check", "tables", "moves", "commands", "reads", "kinds"),
-    "coordinator/client": ("exit_code interrupt", "cancellable", "views/text views/terminal", "app.h connection", "command.h", "views", "content farm", "preview runs", "scene_source", "commands"),
+    "coordinator/queue": ("job_state.h notice.h commands/policy database/fail_point reads/farm_history.h", "job_kind", "ready_key stored_outputs.h study_costs.h", "job_queue.h lease.h", "database", "commands/report_check", "tables", "moves", "commands", "reads", "kinds"),
+    "coordinator/client": ("exit_code interrupt", "cancellable", "views/text views/terminal", "app.h connection", "command.h", "views", "content farm scores", "preview runs", "search", "scene_source", "commands"),
 }
 
 # A folder has at most so many source files. A registry's folder may have more: one kind, one file.

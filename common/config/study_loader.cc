@@ -23,6 +23,7 @@
 #include "common/config/config.h"
 #include "common/config/config_text.h"
 #include "common/config/defaults.h"
+#include "common/config/search/search_space.h"
 #include "common/config/training_plan.h"
 #include "common/config/yaml/yaml_document.h"
 #include "common/config/yaml/yaml_reader.h"
@@ -34,8 +35,8 @@ constexpr double kHalfDegree = std::numbers::pi / 360;
 constexpr double kMostVerticalFov_deg = 110;  // Limits pictures whose height is not given.
 constexpr size_t kMostFiles = 10;             // In a row of studies that extend each other.
 constexpr const char* kStudyFields[] = {
-    "study", "extends", "base",           "set",      "seed",      "pairs",    "priority",
-    "tags",  "train",   "rigs_per_scene", "evaluate", "memory_mb", "variants", "stream"};
+    "study", "extends",        "base",     "set",       "seed",     "pairs",  "priority", "tags",
+    "train", "rigs_per_scene", "evaluate", "memory_mb", "variants", "stream", "search"};
 
 // One of the files that a study is read from.
 struct StudyFile {
@@ -156,6 +157,10 @@ class StudyLoader {
       } else if (name == "stream") {
         if (is_first) ApplyDefaults(&stream_);
         ReadPart(reader, node, name, &stream_);
+      } else if (name == "search") {
+        Origins origins;
+        ReadSearch(reader, node, &search_, &origins);
+        origins_.SetBelow(name, origins);
       } else if (name == "train") {
         if (is_first) ApplyDefaults(spec_.mutable_train());
         ReadPart(reader, node, name, spec_.mutable_train());
@@ -195,11 +200,24 @@ class StudyLoader {
     }
   }
 
+  // `search` counts unless the study's own file names variants: it then is a study of its own, such
+  // as that of a search's best trial. Without any, the base and `set` are the only variant.
+  void ResolveSearch(StudyFile& own) {
+    if (seen_.count("search") == 0 || !own.root.IsMap()) return;
+    if (own.root["variants"] && !own.root["search"]) return;
+    ApplyDefaults(&search_);
+    *spec_.mutable_search() = search_;
+    if (!seen_.insert("variants").second) return;
+    ResolveVariant({}, "variants[0]");
+    spec_.mutable_variants(0)->set_name(kDefaultVariant);
+  }
+
   // Merges what the files say, and tells `own`, the study's own file, what is missing.
   void Complete(StudyFile& own) {
     for (size_t i = 0; i < variants_.size(); ++i) {
       ResolveVariant(variants_[i], fmt::format("variants[{}]", i));
     }
+    ResolveSearch(own);
     CheckIdleSets();
     ResolveStream(own);
     if (!own.root.IsMap() || !chain_is_whole_) return;
@@ -413,7 +431,7 @@ class StudyLoader {
 
   void CheckIdleSets() {
     for (StudyFile& file : files_) {
-      if (!file.set || variants_.empty() || is_used_[&file]) continue;
+      if (!file.set || spec_.variants().empty() || is_used_[&file]) continue;
       CheckIdleFields(file.reader, *file.set, "set", last_merged_);
     }
   }
@@ -444,6 +462,7 @@ class StudyLoader {
   v1::StudySpec spec_;
   bool is_endless_ = false;
   v1::StreamSpec stream_;
+  v1::SearchSpec search_;
   BaseConfig base_;
 };
 

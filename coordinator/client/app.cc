@@ -63,6 +63,7 @@ void RegisterAll(Registry& registry) {
   RegisterLimits(registry);
   RegisterFetch(registry);
   RegisterStream(registry);
+  RegisterSearch(registry);
   RegisterAudit(registry);
   RegisterPage(registry);
 }

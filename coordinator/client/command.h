@@ -82,6 +82,7 @@ void RegisterAudit(Registry& registry);
 void RegisterPage(Registry& registry);
 void RegisterFetch(Registry& registry);
 void RegisterStream(Registry& registry);
+void RegisterSearch(Registry& registry);
 void RegisterView(Registry& registry);
 void RegisterPlan(Registry& registry);
 void RegisterPreview(Registry& registry);

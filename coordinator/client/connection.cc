@@ -15,6 +15,7 @@
 #include "common/rpc/message_texts.h"
 #include "common/rpc/remote_store.h"
 #include "coordinator/client/views/text.h"
+#include "parallax/v1/search.grpc.pb.h"
 #include "parallax/v1/service.grpc.pb.h"
 #include "parallax/v1/stream.grpc.pb.h"
 
@@ -82,6 +83,7 @@ struct Connection::Stub {
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::Coordinator::Stub> coordinator;
   std::unique_ptr<v1::Streams::Stub> streams;
+  std::unique_ptr<v1::Searches::Stub> searches;
 };
 
 Connection::Connection(RpcAddress address, RpcSecurity security, std::unique_ptr<Stub> stub)
@@ -98,6 +100,7 @@ absl::StatusOr<std::unique_ptr<Connection>> Connection::Open(const std::string& 
   ASSIGN_OR_RETURN(stub->channel, ConnectRpc(parsed, security));
   stub->coordinator = v1::Coordinator::NewStub(stub->channel);
   stub->streams = v1::Streams::NewStub(stub->channel);
+  stub->searches = v1::Searches::NewStub(stub->channel);
   return std::unique_ptr<Connection>(new Connection(parsed, security, std::move(stub)));
 }
 
@@ -360,6 +363,28 @@ absl::StatusOr<v1::StreamStatus> Connection::CloseStream(const std::string& name
 absl::StatusOr<v1::NextPairsReply> Connection::NextPairs(const v1::NextPairsRequest& request) {
   return CallOn<v1::NextPairsRequest, v1::NextPairsReply>(*stub_->streams, &v1::Streams::Stub::Next,
                                                           request, request.wait_s());
+}
+
+absl::StatusOr<v1::SearchStatus> Connection::OpenSearch(const v1::StudySpec& study) {
+  v1::OpenSearchRequest request;
+  *request.mutable_study() = study;
+  return CallOn<v1::OpenSearchRequest, v1::SearchStatus>(*stub_->searches,
+                                                         &v1::Searches::Stub::Open, request);
+}
+
+absl::StatusOr<v1::ListSearchesReply> Connection::ListSearches(const std::string& name) {
+  v1::ListSearchesRequest request;
+  request.set_name(name);
+  return CallOn<v1::ListSearchesRequest, v1::ListSearchesReply>(*stub_->searches,
+                                                                &v1::Searches::Stub::List, request);
+}
+
+absl::StatusOr<v1::SearchStatus> Connection::StopSearch(const std::string& name, bool forget) {
+  v1::StopSearchRequest request;
+  request.set_name(name);
+  request.set_forget(forget);
+  return CallOn<v1::StopSearchRequest, v1::SearchStatus>(*stub_->searches,
+                                                         &v1::Searches::Stub::Stop, request);
 }
 
 std::unique_ptr<Store> Connection::RemoteStore() const {

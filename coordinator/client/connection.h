@@ -10,6 +10,7 @@
 
 #include "common/base/status.h"
 #include "common/rpc/endpoint.h"
+#include "parallax/v1/search.pb.h"
 #include "parallax/v1/service.pb.h"
 #include "parallax/v1/stream.pb.h"
 
@@ -76,6 +77,14 @@ class Connection {
   absl::StatusOr<v1::StreamStatus> CloseStream(const std::string& name, const std::string& reason);
   // Errors: as all; kNotFound; kOutOfRange for a position whose pairs are forgotten.
   absl::StatusOr<v1::NextPairsReply> NextPairs(const v1::NextPairsRequest& request);
+
+  // The RPCs of the service Searches; see search.proto. Errors: as all; kAlreadyExists for the name
+  // of a search with another study.
+  absl::StatusOr<v1::SearchStatus> OpenSearch(const v1::StudySpec& study);
+  // Errors: as all; kNotFound for an unknown name. An empty one lists all, without trials.
+  absl::StatusOr<v1::ListSearchesReply> ListSearches(const std::string& name);
+  // Errors: as all; kNotFound.
+  absl::StatusOr<v1::SearchStatus> StopSearch(const std::string& name, bool forget);
 
   // Returns the coordinator's store, reached through the coordinator, for machines that do not see
   // it. It can be read, and takes the user's content.

@@ -300,6 +300,11 @@ class JobKind {
                                        std::string_view /*bytes*/) const {
     return {};
   }
+  // Returns the core-seconds that a job with this input took to make its stored result; 0 where it
+  // keeps none. The same condition holds.
+  virtual double CoreSecondsOf(std::string_view /*input*/, std::string_view /*bytes*/) const {
+    return 0;
+  }
   // Seconds that a result reports for a stage, for the metrics.
   struct StageSeconds {
     std::string stage;

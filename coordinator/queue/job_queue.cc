@@ -17,11 +17,12 @@
 #include "coordinator/queue/database/migrations.h"
 #include "coordinator/queue/database/startup.h"
 #include "coordinator/queue/reads/auditor.h"
+#include "coordinator/queue/reads/cost_reader.h"
 #include "coordinator/queue/reads/output_files.h"
 #include "coordinator/queue/reads/readers.h"
 #include "coordinator/queue/reads/user_limits.h"
 #include "coordinator/queue/tables/ready_board.h"
-#include "coordinator/queue/tables/stream_table.h"
+#include "coordinator/queue/tables/record_table.h"
 #include "coordinator/queue/writer.h"
 
 namespace parallax {
@@ -266,6 +267,18 @@ absl::StatusOr<v1::ForgetReply> JobQueue::Forget(StudyId study, std::string_view
   });
 }
 
+absl::StatusOr<bool> JobQueue::CancelAndForget(StudyId study, std::string_view reason,
+                                               std::string_view actor) {
+  const absl::Status cancelled = Cancel(study, reason, actor);
+  if (!cancelled.ok() && !absl::IsFailedPrecondition(cancelled) && !absl::IsNotFound(cancelled)) {
+    return cancelled;
+  }
+  const absl::Status forgotten = Forget(study, reason, actor).status();
+  if (absl::IsFailedPrecondition(forgotten)) return false;
+  if (!forgotten.ok() && !absl::IsNotFound(forgotten)) return forgotten;
+  return true;
+}
+
 absl::Status JobQueue::Drain(const v1::DrainOrder& order, bool undo) {
   return impl_->Do("drain", [&](Machine& machine) { return machine.limits().Drain(order, undo); });
 }
@@ -492,17 +505,43 @@ absl::StatusOr<TakenBack> JobQueue::TakeBack(const std::vector<DamagedResult>& d
 }
 
 absl::Status JobQueue::KeepStream(const v1::StreamRecord& record) {
-  return impl_->Do("stream",
-                   [&](Machine& machine) { return KeepStreamIn(machine.tables().db, record); });
+  return impl_->Do("stream", [&](Machine& machine) {
+    return KeepRecordIn(machine.tables().db, kStreamTable, record.study().name(), record);
+  });
 }
 
 absl::Status JobQueue::RemoveStream(const std::string& name) {
-  return impl_->Do("stream",
-                   [&](Machine& machine) { return RemoveStreamIn(machine.tables().db, name); });
+  return impl_->Do("stream", [&](Machine& machine) {
+    return RemoveRecordIn(machine.tables().db, kStreamTable, name);
+  });
 }
 
 absl::StatusOr<std::vector<v1::StreamRecord>> JobQueue::ListStreams() {
-  return impl_->readers_->Get(0, StreamsIn);
+  return impl_->readers_->Get(
+      0, [](SqliteConnection& db) { return RecordsIn<v1::StreamRecord>(db, kStreamTable); });
+}
+
+absl::Status JobQueue::KeepSearch(const v1::SearchRecord& record) {
+  return impl_->Do("search", [&](Machine& machine) {
+    return KeepRecordIn(machine.tables().db, kSearchTable, record.study().name(), record);
+  });
+}
+
+absl::Status JobQueue::RemoveSearch(const std::string& name) {
+  return impl_->Do("search", [&](Machine& machine) {
+    return RemoveRecordIn(machine.tables().db, kSearchTable, name);
+  });
+}
+
+absl::StatusOr<std::vector<v1::SearchRecord>> JobQueue::ListSearches() {
+  return impl_->readers_->Get(
+      0, [](SqliteConnection& db) { return RecordsIn<v1::SearchRecord>(db, kSearchTable); });
+}
+
+absl::StatusOr<StudyCosts> JobQueue::CostsOf(StudyId study) {
+  return impl_->readers_->Get(0, [&](SqliteConnection& db) {
+    return StudyCostsIn(db, *impl_->options_.kinds, study.value);
+  });
 }
 
 absl::StatusOr<std::optional<ScrubState>> JobQueue::GetScrub() {

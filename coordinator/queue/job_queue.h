@@ -41,6 +41,8 @@
 #include "coordinator/queue/reads/farm_history.h"
 #include "coordinator/queue/ready_key.h"
 #include "coordinator/queue/stored_outputs.h"
+#include "coordinator/queue/study_costs.h"
+#include "parallax/v1/search.pb.h"
 #include "parallax/v1/service.pb.h"
 #include "parallax/v1/stream.pb.h"
 
@@ -234,6 +236,10 @@ class JobQueue {
   // ended.
   absl::StatusOr<v1::ForgetReply> Forget(StudyId study, std::string_view reason,
                                          std::string_view actor);
+  // Cancels a study, whatever its state, and forgets it. Returns false while jobs of it still run:
+  // call again. True for one that is gone already. Errors: the database's.
+  absl::StatusOr<bool> CancelAndForget(StudyId study, std::string_view reason,
+                                       std::string_view actor);
   // Orders that workers whose names match `order.pattern` (CheckDrainPattern) get no leases, or
   // undoes that order. The queue only stores the orders and tells the observer. Errors: kNotFound
   // if there is no such order to undo.
@@ -376,6 +382,16 @@ class JobQueue {
   absl::Status RemoveStream(const std::string& name);
   // Returns all records, by name.
   absl::StatusOr<std::vector<v1::StreamRecord>> ListStreams();
+
+  // ---- Searches (coordinator/search)
+  // Keeps a search's record under the name of its study, in place of an earlier one.
+  absl::Status KeepSearch(const v1::SearchRecord& record);
+  // Removes the record of that name, if it is there.
+  absl::Status RemoveSearch(const std::string& name);
+  // Returns all records, by name.
+  absl::StatusOr<std::vector<v1::SearchRecord>> ListSearches();
+  // Returns how long the study's results took to make. Reads all of its pairs and results.
+  absl::StatusOr<StudyCosts> CostsOf(StudyId study);
 
   // ---- Operations
   // Checks every invariant. Returns a line for each violation; empty if all hold. Reads all rows,

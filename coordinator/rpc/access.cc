@@ -51,6 +51,10 @@ const std::vector<Row>& Table() {
       {"/parallax.v1.Streams/Close", {Role::kSubmitter, Role::kOperator}},
       {"/parallax.v1.Streams/Next", {Role::kSubmitter, Role::kOperator}},
       {"/parallax.v1.Streams/List", {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
+      // ---- Searches. A submitter stops its own ones; the service sees to that.
+      {"/parallax.v1.Searches/Open", {Role::kSubmitter, Role::kOperator}},
+      {"/parallax.v1.Searches/Stop", {Role::kSubmitter, Role::kOperator}},
+      {"/parallax.v1.Searches/List", {Role::kSubmitter, Role::kOperator, Role::kReadOnly}},
       // ---- Files
       // Submitters bring the content that their studies name; the service sees to that.
       {"/parallax.v1.Artifacts/Put", {Role::kWorker, Role::kSubmitter, Role::kOperator}},

@@ -12,6 +12,7 @@
 #include "coordinator/rpc/access.h"
 #include "coordinator/rpc/artifacts_service.h"
 #include "coordinator/rpc/coordinator_service.h"
+#include "coordinator/rpc/searches_service.h"
 #include "coordinator/rpc/storage/store_guard.h"
 #include "coordinator/rpc/streams_service.h"
 #include "coordinator/rpc/task_pool.h"
@@ -49,11 +50,14 @@ class CoordinatorServerImpl final : public CoordinatorServer {
                  queue.database_id(), LeaseFor(options, queue),
                  options.check_outputs ? options.store : nullptr, artifacts_.content(),
                  options.hello_s),
-        streams_(queue, client_pool_, *options.clock, options.store_uri, artifacts_.content()) {
+        streams_(queue, client_pool_, *options.clock, options.store_uri, artifacts_.content()),
+        searches_(queue, client_pool_, *options.clock, options.scorer, options.samplers,
+                  artifacts_.content()) {
     queue_.SetObserver(&dispatcher_);
     worker_pool_.Start();
     client_pool_.Start();
     streams_.Start();
+    searches_.Start();
     if (options.store == nullptr || options.store->Id().empty()) return;
     guard_ = std::make_unique<StoreGuard>(
         *options.store, options.store_look_s,
@@ -79,13 +83,14 @@ class CoordinatorServerImpl final : public CoordinatorServer {
                                    : options.revoked;
       ASSIGN_OR_RETURN(revoked_, RevokedCertificates::Open(list, *options.clock));
     }
-    ASSIGN_OR_RETURN(server_, RpcServer::Start(
-                                  addresses, options.security, {&service_, &artifacts_, &streams_},
-                                  [this](const RpcCaller& caller, std::string_view method) {
-                                    RETURN_IF_ERROR(CheckNotRevoked(caller));
-                                    return CheckAccess(caller, method);
-                                  },
-                                  options.connections));
+    ASSIGN_OR_RETURN(
+        server_, RpcServer::Start(
+                     addresses, options.security, {&service_, &artifacts_, &streams_, &searches_},
+                     [this](const RpcCaller& caller, std::string_view method) {
+                       RETURN_IF_ERROR(CheckNotRevoked(caller));
+                       return CheckAccess(caller, method);
+                     },
+                     options.connections));
     return absl::OkStatus();
   }
 
@@ -134,10 +139,12 @@ class CoordinatorServerImpl final : public CoordinatorServer {
     shut_down_ = true;
     scrubber_.reset();
     streams_.Stop();
+    searches_.Stop();
     dispatcher_.Stop();
     if (server_ != nullptr) server_->Shutdown(std::chrono::duration<double>(kShutdownGrace_s));
     service_.WaitForCalls();
     streams_.Stop();  // Calls that came since.
+    searches_.Stop();
     queue_.SetObserver(nullptr);
   }
 
@@ -159,6 +166,7 @@ class CoordinatorServerImpl final : public CoordinatorServer {
   ArtifactsService artifacts_;
   CoordinatorService service_;
   mutable StreamsService streams_;                // Its first look reads the database.
+  SearchesService searches_;
   std::unique_ptr<RevokedCertificates> revoked_;  // Present where callers have certificates.
   std::unique_ptr<RpcServer> server_;
   mutable std::mutex answers_mu_;

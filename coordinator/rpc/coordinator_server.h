@@ -19,6 +19,8 @@
 #include "common/base/system/clock.h"
 #include "common/rpc/endpoint.h"
 #include "coordinator/rpc/storage/scrubber.h"
+#include "coordinator/search/samplers.h"
+#include "coordinator/search/trial_scores.h"
 #include "parallax/v1/service.pb.h"
 #include "parallax/v1/stream.pb.h"
 
@@ -61,6 +63,10 @@ struct CoordinatorServerOptions {
   // Seconds after which a worker's stream without a Hello is ended.
   double hello_s = 10;
   ListenerLimits connections;
+  // Reads what the studies of searches have shown; null: this coordinator doesn't search.
+  TrialScorer scorer;
+  // Programs that searches may name to propose trials.
+  std::map<std::string, Sampler> samplers;
   Clock* clock = &Clock::System();
 };
 

@@ -10,7 +10,6 @@
 #include "common/rpc/grpc_status.h"
 #include "coordinator/rpc/content_keeper.h"
 #include "coordinator/rpc/validation.h"
-#include "coordinator/rpc/workers/steering.h"
 
 namespace parallax {
 namespace {
@@ -27,6 +26,7 @@ StreamsService::StreamsService(JobQueue& queue, TaskPool& pool, Clock& clock, st
                                ContentKeeper* content)
     : keeper_(queue, clock),
       pool_(pool),
+      calls_(pool),
       clock_(clock),
       store_uri_(std::move(store_uri)),
       content_(content) {}
@@ -49,53 +49,23 @@ void StreamsService::Stop() {
   }
   for (const Waiting& call : waiting) {
     call.reactor->Finish(ToGrpc(Stopping()));
-    Leave();
+    calls_.End();
   }
-  std::unique_lock lock(mu_);
-  changed_.wait(lock, [this] { return calls_ == 0; });
-}
-
-void StreamsService::Leave() {
-  std::lock_guard lock(mu_);
-  --calls_;
-  changed_.notify_all();
-}
-
-StreamsService::Reactor* StreamsService::Run(Context* context, const absl::Status& checked,
-                                             std::function<absl::Status()> body) {
-  Reactor* const reactor = context->DefaultReactor();
-  if (!checked.ok()) {
-    reactor->Finish(ToGrpc(checked));
-    return reactor;
-  }
-  {
-    std::lock_guard lock(mu_);
-    ++calls_;
-  }
-  pool_.Run([this, reactor, body = std::move(body)] {
-    reactor->Finish(ToGrpc(body()));
-    Leave();
-  });
-  return reactor;
+  calls_.Wait();
 }
 
 absl::Status StreamsService::CheckOwner(const Context& context, const std::string& stream) {
   const RpcCaller caller = CallerOf(context);
   if (caller.Is(Role::kOperator)) return absl::OkStatus();
-  ASSIGN_OR_RETURN(const std::string owner, keeper_.OpenedBy(stream));
-  if (caller.Is(Role::kSubmitter) && owner.rfind(ActorName(caller) + " ", 0) == 0) {
-    return absl::OkStatus();
-  }
-  return PermissionDenied(
-      "stream '{}' was not begun by '{}'; others' streams are the operator's to take pairs from "
-      "and to close",
-      stream, caller.name);
+  ASSIGN_OR_RETURN(const std::string opened_by, keeper_.OpenedBy(stream));
+  return CheckOpener(caller, opened_by, "stream '" + stream + "'",
+                     "to take pairs from and to close");
 }
 
 StreamsService::Reactor* StreamsService::Open(Context* context,
                                               const v1::OpenStreamRequest* request,
                                               v1::StreamStatus* reply) {
-  return Run(context, absl::OkStatus(), [this, context, request, reply]() -> absl::Status {
+  return calls_.Run(context, [this, context, request, reply]() -> absl::Status {
     v1::StudySpec study = request->study();
     RETURN_IF_ERROR(ValidateStudy(study));
     if (content_ != nullptr) RETURN_IF_ERROR(content_->CheckStudy(study));
@@ -108,7 +78,7 @@ StreamsService::Reactor* StreamsService::Open(Context* context,
 StreamsService::Reactor* StreamsService::List(Context* context,
                                               const v1::ListStreamsRequest* request,
                                               v1::ListStreamsReply* reply) {
-  return Run(context, absl::OkStatus(), [this, request, reply]() -> absl::Status {
+  return calls_.Run(context, [this, request, reply]() -> absl::Status {
     ASSIGN_OR_RETURN(std::vector<v1::StreamStatus> streams, keeper_.List(request->name()));
     for (v1::StreamStatus& stream : streams) *reply->add_streams() = std::move(stream);
     return absl::OkStatus();
@@ -118,7 +88,7 @@ StreamsService::Reactor* StreamsService::List(Context* context,
 StreamsService::Reactor* StreamsService::Close(Context* context,
                                                const v1::CloseStreamRequest* request,
                                                v1::StreamStatus* reply) {
-  return Run(context, absl::OkStatus(), [this, context, request, reply]() -> absl::Status {
+  return calls_.Run(context, [this, context, request, reply]() -> absl::Status {
     RETURN_IF_ERROR(CheckOwner(*context, request->name()));
     ASSIGN_OR_RETURN(*reply, keeper_.Close(request->name()));
     LogInfo("stream closed", {{"stream", request->name()}, {"reason", request->reason()}});
@@ -134,10 +104,7 @@ StreamsService::Reactor* StreamsService::Next(Context* context, const v1::NextPa
     reactor->Finish(ToGrpc(checked));
     return reactor;
   }
-  {
-    std::lock_guard lock(mu_);
-    ++calls_;
-  }
+  calls_.Begin();
   const Waiting call{.context = context,
                      .reactor = reactor,
                      .request = request,
@@ -147,7 +114,7 @@ StreamsService::Reactor* StreamsService::Next(Context* context, const v1::NextPa
     const absl::Status owner = CheckOwner(*call.context, call.request->stream());
     if (owner.ok()) return Answer(call);
     call.reactor->Finish(ToGrpc(owner));
-    Leave();
+    calls_.End();
   });
   return reactor;
 }
@@ -170,7 +137,7 @@ void StreamsService::Answer(const Waiting& call) {
     call.reply->set_store_uri(store_uri_);
   }
   call.reactor->Finish(ToGrpc(next.status()));
-  Leave();
+  calls_.End();
 }
 
 void StreamsService::Loop() {

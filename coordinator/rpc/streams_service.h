@@ -7,7 +7,6 @@
 #include <grpcpp/grpcpp.h>
 
 #include <condition_variable>
-#include <functional>
 #include <list>
 #include <mutex>
 #include <string>
@@ -15,6 +14,7 @@
 
 #include "common/base/status.h"
 #include "common/base/system/clock.h"
+#include "coordinator/rpc/pooled_calls.h"
 #include "coordinator/rpc/task_pool.h"
 #include "coordinator/stream/stream_keeper.h"
 #include "parallax/v1/stream.grpc.pb.h"
@@ -56,16 +56,15 @@ class StreamsService final : public v1::Streams::CallbackService {
     SteadyTime until;
   };
 
-  Reactor* Run(Context* context, const absl::Status& checked, std::function<absl::Status()> body);
   // Answers the call, or keeps it among those that wait.
   void Answer(const Waiting& call);
   // Checks that the caller opened the stream, or is an operator.
   absl::Status CheckOwner(const Context& context, const std::string& stream);
   void Loop();
-  void Leave();
 
   StreamKeeper keeper_;
   TaskPool& pool_;
+  PooledCalls calls_;
   Clock& clock_;
   const std::string store_uri_;
   ContentKeeper* const content_;
@@ -74,7 +73,6 @@ class StreamsService final : public v1::Streams::CallbackService {
   std::condition_variable changed_;
   // Guarded by mu_.
   bool stopping_ = false;
-  int calls_ = 0;  // That are not over.
   std::list<Waiting> waiting_;
   std::thread thread_;
 };

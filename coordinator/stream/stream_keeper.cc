@@ -13,6 +13,7 @@
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/study/expansion.h"
 #include "coordinator/study/keys.h"
+#include "coordinator/study/study_needs.h"
 
 namespace parallax {
 namespace {
@@ -226,19 +227,10 @@ absl::Status StreamKeeper::ForgetChunks(Stream& stream) {
 absl::StatusOr<bool> StreamKeeper::End(Stream& stream) {
   stream.rounds.clear();
   for (auto chunk = stream.chunks.begin(); chunk != stream.chunks.end();) {
-    const StudyId study{chunk->second.study};
-    const std::string& actor = stream.record.actor();
-    const absl::Status cancelled = queue_.Cancel(study, "its stream is closed", actor);
-    if (!cancelled.ok() && !absl::IsFailedPrecondition(cancelled) && !absl::IsNotFound(cancelled)) {
-      return cancelled;
-    }
-    const absl::Status forgotten = queue_.Forget(study, "its stream is closed", actor).status();
-    if (absl::IsFailedPrecondition(forgotten)) {  // Jobs of it still run.
-      ++chunk;
-      continue;
-    }
-    if (!forgotten.ok() && !absl::IsNotFound(forgotten)) return forgotten;
-    chunk = stream.chunks.erase(chunk);
+    ASSIGN_OR_RETURN(const bool is_gone,
+                     queue_.CancelAndForget(StudyId{chunk->second.study}, "its stream is closed",
+                                            stream.record.actor()));
+    chunk = is_gone ? stream.chunks.erase(chunk) : std::next(chunk);
   }
   if (!stream.chunks.empty()) return false;
   RETURN_IF_ERROR(queue_.RemoveStream(stream.study().name()));
@@ -277,31 +269,10 @@ absl::Status StreamKeeper::LookAt(const Stream& stream, int64_t number, Chunk& c
     return absl::OkStatus();
   }
   RETURN_IF_ERROR(study.status());
-  switch (study->state()) {
-    case v1::STUDY_STATE_SUCCEEDED:
-      break;
-    case v1::STUDY_STATE_PAUSED:
-      chunk.needs = fmt::format("chunk {} is paused: `parallax resume {}`", number, chunk.study);
-      return absl::OkStatus();
-    case v1::STUDY_STATE_FAILED:
-    case v1::STUDY_STATE_CANCELLED: {
-      std::string why;
-      for (const v1::VariantStatus& variant : study->variants()) {
-        if (variant.problems().empty() || !why.empty()) continue;
-        why = fmt::format(": variant {}: {}", variant.name(), variant.problems(0).error());
-      }
-      chunk.needs = study->state() == v1::STUDY_STATE_FAILED
-                        ? fmt::format("chunk {} failed: `parallax retry {}` tries again{}", number,
-                                      chunk.study, why)
-                        : fmt::format(
-                              "chunk {} (study {}) was cancelled: `parallax stream {} "
-                              "--close`, and begin it again",
-                              number, chunk.study, stream.study().name());
-      return absl::OkStatus();
-    }
-    default:
-      return absl::OkStatus();
-  }
+  chunk.needs = NeedsOf(
+      *study, fmt::format("chunk {}", number),
+      fmt::format("`parallax stream {} --close`, and begin it again", stream.study().name()));
+  if (study->state() != v1::STUDY_STATE_SUCCEEDED) return absl::OkStatus();
   std::vector<v1::StreamedPair> pairs;
   int64_t filtered_out = 0;
   v1::ListFramesRequest request;

@@ -80,6 +80,10 @@ absl::Status CheckStudySpec(const v1::StudySpec& spec) {
     return InvalidArgument(
         "study.pairs: endless, wanted a number; `parallax stream FILE` begins an endless study");
   }
+  if (spec.has_search()) {
+    return InvalidArgument(
+        "study.search: set, wanted none; `parallax search FILE` begins a search");
+  }
   RETURN_IF_ERROR(
       CheckRange("study.variants: their number", spec.variants_size(), 1, kMaxVariants));
   std::set<std::string_view> names;

@@ -15,7 +15,7 @@ import tempfile
 
 PROTOS = ("rule", "biome", "room", "engine", "config", "jobs", "scene", "train", "study")
 # Headings of the page: title, message, path of its fields in a file.
-SECTIONS = (("Scenes", "SceneConfig", ""), ("Lands", "Biome", ""), ("Rooms", "RoomKind", ""), ("Engines", "Engine", ""), ("Streams", "StreamSpec", "stream"), ("Training", "TrainSpec", "train"), ("Evaluating", "EvaluateSpec", "evaluate"))
+SECTIONS = (("Scenes", "SceneConfig", ""), ("Lands", "Biome", ""), ("Rooms", "RoomKind", ""), ("Engines", "Engine", ""), ("Streams", "StreamSpec", "stream"), ("Searches", "SearchSpec", "search"), ("Training", "TrainSpec", "train"), ("Evaluating", "EvaluateSpec", "evaluate"))
 # The words of a study file that no message has as they are; the others have the comments of StudySpec and VariantSpec.
 OF_A_STUDY = {"study": "name", "rigs_per_scene": "", "seed": "", "priority": "", "tags": "", "memory_mb": ""}
 WORDS = {
@@ -30,6 +30,7 @@ WORDS = {
     "variants[].config": "In place of `base` and `set`: the whole scene config, as study.lock.yaml has it.",
     "pairs": "Pairs of each variant; `endless`: they are made as trainings take them (`parallax stream`).",
     "stream": "How the pairs of an endless study are made and kept; fields below. Only with `pairs: endless`.",
+    "search": "Looks for the settings whose pairs train best (`parallax search`), in place of `variants`; fields below.",
     "train": "Trains networks on each variant; fields below. Absent: no training.",
     "evaluate": "Scores the networks; fields below. Absent: no evaluation.",
 }
@@ -37,10 +38,11 @@ DISTRIBUTION = "A number, or `{uniform: [low, high]}`, `{uniform_int: [low, high
                "`{clip_gaussian: [mean, std, low, high]}`, `{bernoulli: p}`: drawn anew for each use."
 
 
-# Messages of lands that a file writes on one line.
+# Messages that a file writes on one line.
 SHORT = {"Quantity": "distribution or formula", "SoftSpan": "[low, high, soft]",
          "GroundPatches": "[wavelength_m, cover, soft]", "GroundRows": "[spacing_m, width_m, direction_deg]",
-         "SizeSpan": "[low, high]", "CountSpan": "[low, high]", "GapSpan": "[near, far]"}
+         "SizeSpan": "[low, high]", "CountSpan": "[low, high]", "GapSpan": "[near, far]",
+         "SearchField": "a map from fields to `{range: [low, high], log: true}` or `{choice: [...]}`, each with `when: {field: choice}`"}
 # Messages that files of their own fill, and what such a file is of.
 OF_FILES = {".parallax.v1.Biome": "a land", ".parallax.v1.RoomKind": "a kind of room"}
 ABOUT = {"Lands": "A file of a land has these fields: the built-in ones in `configs/biomes`, and yours, which "
@@ -279,6 +281,18 @@ def message_schema(schema, name):
     return {"type": "object", "additionalProperties": others, "properties": properties}
 
 
+def search_schema(schema):
+    """A search, whose space a file writes as a map from fields to what they may be (common/config/search/search_space.cc)."""
+    search = message_schema(schema, ".parallax.v1.SearchSpec")
+    numbers = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
+    field = {"type": "object", "additionalProperties": False, "properties": {
+        "range": numbers, "log": {"type": "boolean"}, "choice": {"type": "array", "minItems": 2}, "when": {"type": "object"}},
+        "oneOf": [{"required": ["range"]}, {"required": ["choice"]}]}
+    said = search["properties"]["space"]["description"]
+    search["properties"]["space"] = {"type": "object", "additionalProperties": field, "description": said}
+    return search
+
+
 def write_json_schemas(schema, out):
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$defs": {"Distribution": distribution_schema()}}
     quantity = {"anyOf": [{"$ref": "#/$defs/Distribution"}, {"type": "string"}]}
@@ -298,13 +312,14 @@ def write_json_schemas(schema, out):
                                     "set": of_scene, "config": of_scene}),
         "heldout": {"type": "boolean", "description":
                     one_line(schema.comments[".parallax.v1.VariantSpec.heldout"]) + " Only in study.lock.yaml."}}}
-    own = [{"required": ["study", "variants"]}, {"required": ["extends"]}]
+    own = [{"required": ["study", "variants"]}, {"required": ["study", "search"]}, {"required": ["extends"]}]
     study = {"type": "object", "additionalProperties": False, "anyOf": own, "properties": described("", {
         "study": name, "extends": name, "base": name, "set": of_scene, "seed": seed,
         "pairs": {"anyOf": [number, {"enum": ["endless"]}]}, "rigs_per_scene": number, "priority": {"type": "integer"},
         "tags": {"type": "array", "items": name}, "memory_mb": {"type": "integer", "minimum": 0},
         "variants": {"type": "array", "items": variant, "minItems": 1},
         "stream": message_schema(schema, ".parallax.v1.StreamSpec"),
+        "search": search_schema(schema),
         "train": message_schema(schema, ".parallax.v1.TrainSpec"),
         "evaluate": message_schema(schema, ".parallax.v1.EvaluateSpec")})}
     biome, room = {"$ref": "#/$defs/Biome"}, {"$ref": "#/$defs/RoomKind"}

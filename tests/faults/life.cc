@@ -69,6 +69,7 @@ class Client {
     Limit();
     Repair();
     Stream();
+    Search();
     Notice();
   }
 
@@ -289,6 +290,14 @@ class Client {
     record.set_chunks_forgotten(number_);
     (void)queue_.KeepStream(record);
     if (number_ % 2 == 0) (void)queue_.RemoveStream("stream");
+  }
+
+  void Search() {
+    v1::SearchRecord record;
+    record.mutable_study()->set_name("search");
+    record.set_opened_unix_s(number_);
+    (void)queue_.KeepSearch(record);
+    if (number_ % 2 == 0) (void)queue_.RemoveSearch("search");
   }
 
   // What a person says of a study, and what the operator hears of it.

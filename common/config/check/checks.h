@@ -40,6 +40,8 @@ void CheckConfig(const v1::SceneConfig& config, const std::string& path, Finding
 void CheckSequences(const v1::SceneConfig& config, const std::string& path, Findings* findings);
 // Checks `train` and `evaluate` of a study, and the held-out variant.
 void CheckTraining(const v1::StudySpec& study, Findings* findings);
+// Checks `search` of a study that has one.
+void CheckSearch(const v1::StudySpec& study, Findings* findings);
 // Checks `stream` of an endless study.
 void CheckStream(const v1::StudySpec& study, Findings* findings);
 // Checks a whole study. A study larger than kMaxStudyBytes has one finding only, with an empty

@@ -47,18 +47,23 @@ void ConfigErrors::Add(const Origin& origin, std::string_view what) {
     ++dropped_;
     return;
   }
-  const auto known = std::find(files_.begin(), files_.end(), origin.file);
-  const size_t file = static_cast<size_t>(known - files_.begin());
-  if (known == files_.end()) files_.push_back(origin.file);
+  const size_t file = IndexOf(origin.file);
   std::string text = origin.file;
-  if (origin.line > 0) text += fmt::format(":{}", origin.line);
-  text += ": ";
+  if (!text.empty() && origin.line > 0) text += fmt::format(":{}", origin.line);
+  if (!text.empty()) text += ": ";
   // Keys of a file that are no field stand in a path as they came.
   if (!origin.path.empty()) text += Printable(origin.path) + ": ";
   told_.emplace(file, origin.path);
   text += what;
   // A tree that is merged into several messages has the same errors each time.
   if (texts_.insert(text).second) errors_.push_back({file, origin.line, std::move(text)});
+}
+
+size_t ConfigErrors::IndexOf(const std::string& file) {
+  const auto known = std::find(files_.begin(), files_.end(), file);
+  const auto index = static_cast<size_t>(known - files_.begin());
+  if (known == files_.end()) files_.push_back(file);
+  return index;
 }
 
 bool ConfigErrors::WasTold(const Origin& origin) const {

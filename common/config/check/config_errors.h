@@ -39,12 +39,17 @@ class Origins {
 // The errors of one load. Not thread-safe.
 class ConfigErrors {
  public:
-  // Adds one error, unless the same is there. `what` says what was seen and what is allowed.
+  // Adds one error, unless the same is there. `what` says what was seen and what is allowed. An
+  // origin without a file stands for a value that is in none: its text begins with the path.
   void Add(const Origin& origin, std::string_view what);
   // Adds the findings of checks in a message that was read from `file` and the files that it names.
   // A value that the reader has already reported is not reported again.
   void AddFindings(const Findings& findings, const Origins& origins, const std::string& file);
+  // Takes the value at `origin` as reported, so that no finding on it is added: an error below it
+  // says why it is incomplete.
+  void SetTold(const Origin& origin) { told_.emplace(IndexOf(origin.file), origin.path); }
   bool empty() const { return errors_.empty(); }
+  size_t size() const { return errors_.size(); }
   // Returns whether there are so many errors that the search for more can end.
   bool enough() const { return errors_.size() >= 100; }
   // Returns OK if there are no errors. Errors: kInvalidArgument with at most 20 lines "file:line:
@@ -53,6 +58,8 @@ class ConfigErrors {
 
  private:
   bool WasTold(const Origin& origin) const;
+  // Returns the file's place in files_, where it is added if it is new.
+  size_t IndexOf(const std::string& file);
   struct Error {
     size_t file;  // Index in files_.
     int line;

@@ -46,6 +46,7 @@ class StudyChecker {
     CheckRigs();
     CheckStream(study_, &findings_);
     CheckTraining(study_, &findings_);
+    CheckSearch(study_, &findings_);
     return findings_;
   }
 

@@ -7,6 +7,7 @@
 
 #include "common/config/check/field_rules.h"
 #include "common/config/config.h"
+#include "common/config/search/search_space.h"
 
 namespace parallax {
 namespace {
@@ -307,6 +308,7 @@ std::string StudyToYaml(const v1::StudySpec& study) {
     out += "stream:";
     WriteNested(study.stream(), "", out);
   }
+  if (study.has_search()) out += "search:\n" + config_internal::SearchText(study.search());
   if (study.has_train()) {
     out += "train:";
     WriteNested(study.train(), "", out);

@@ -15,8 +15,10 @@
 #include "coordinator/client/runs/plan_power.h"
 #include "coordinator/client/runs/shared_store.h"
 #include "coordinator/client/runs/submit_study.h"
+#include "coordinator/client/search/search_costs.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
+#include "coordinator/search/rung_study.h"
 #include "coordinator/stream/stream_order.h"
 #include "coordinator/study/expansion.h"
 
@@ -196,17 +198,52 @@ void PrintStream(const v1::StudySpec& stream, const StudyPlan& chunk, const Sess
                         << "; `parallax stream` begins it\n";
 }
 
+// Prices the rungs of a search, and says which differences its last one can show.
+absl::StatusOr<ExitCode> PlanSearch(const v1::StudySpec& study, const PlanOptions& options,
+                                    double factor,
+                                    const std::map<std::string, DifferenceSpread>& spreads,
+                                    Session& session) {
+  ASSIGN_OR_RETURN(const BenchmarkSizes own, SizesOfOwnBenchmarks(study));
+  ASSIGN_OR_RETURN(const SearchCosts costs, CostsOfSearch(study, factor, own));
+  const std::vector<std::string> missing =
+      WhatIsMissing(study, options.study.study, options.machine);
+  if (session.options.json) {
+    session.PrintJson({{"name", study.name()},
+                       {"search", SearchCostsJson(costs)},
+                       {"core_hours", costs.total.core_hours()},
+                       {"cores", options.cores},
+                       {"costs", {{"factor", factor}}},
+                       {"missing", missing}});
+    return kExitOk;
+  }
+  PrintSearchCosts(study, costs, session.out());
+  for (const BenchmarkPower& power :
+       PowerOf(study, own, spreads, SeedsOfRung(study, SearchOf(study).rungs_size() - 1))) {
+    *session.out().stream << fmt::format(
+        "Significant on {} ({}, 80 of 100 times) in the last rung: differences of bad-2 from "
+        "{:.1f} "
+        "points\n",
+        power.benchmark, Plural(power.pairs, "pair"), power.least_difference);
+  }
+  *session.out().stream << "Time: " << FormatAbout(3600 * costs.total.core_hours() / options.cores)
+                        << " or more on " << Plural(options.cores, "core") << "\n"
+                        << "`parallax search " << options.study.study << "` begins it\n"
+                        << std::flush;
+  PrintMissing(missing, session);
+  return kExitOk;
+}
+
 absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
   ASSIGN_OR_RETURN(v1::StudySpec study, ResolveStudy(options.study));
   RETURN_IF_ERROR(HashContent(study, FolderReaders::kOfFarm));
   const v1::StudySpec stream = study;
+  if (options.yes && (study.has_stream() || study.has_search())) {
+    return InvalidArgument(
+        "--yes: study '{}' is {} and is not submitted; `parallax {} {}` begins it", study.name(),
+        study.has_stream() ? "endless" : "a search", study.has_stream() ? "stream" : "search",
+        ShellWord(options.study.study));
+  }
   if (stream.has_stream()) {
-    if (options.yes) {
-      return InvalidArgument(
-          "--yes: study '{}' is endless and is not submitted; `parallax stream "
-          "{}` begins it",
-          study.name(), ShellWord(options.study.study));
-    }
     study = ChunkStudy(stream, 0);
     study.set_name(stream.name());
   }
@@ -216,6 +253,7 @@ absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
     ASSIGN_OR_RETURN(factor, ReadMeasuredFactor(options.from));
     ASSIGN_OR_RETURN(spreads, ReadSpreads(options.from, study));
   }
+  if (study.has_search()) return PlanSearch(study, options, factor, spreads, session);
   ASSIGN_OR_RETURN(const BenchmarkSizes own, SizesOfOwnBenchmarks(study));
   ASSIGN_OR_RETURN(StudyPlan plan, PlanStudy(study, factor, own));
   const Power power = PowerOfStudy(study, own, spreads);
@@ -270,7 +308,7 @@ void RegisterPlan(Registry& registry) {
       "  parallax plan table1 --from out/quickstart   costs as measured on this machine\n");
   command->group(kLocalCommands);
   auto options = std::make_shared<PlanOptions>();
-  options->study.takes_endless = true;
+  options->study.takes_endless = options->study.takes_search = true;
   AddStudyOptions(*command, options->study);
   command
       ->add_option(

@@ -120,6 +120,12 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
         "--pairs N makes N pairs of each variant here",
         study.name(), ShellWord(options.study));
   }
+  if (study.has_search() && !options.takes_search) {
+    return InvalidArgument(
+        "study '{}' is a search: `parallax search {}` begins it on a coordinator, `parallax plan` "
+        "says what it takes",
+        study.name(), options.study);
+  }
   const struct {
     const char* name;
     std::optional<int64_t> value;

@@ -26,6 +26,7 @@ struct StudyOptions {
   std::optional<std::string> name;
   std::optional<int> priority;
   bool takes_endless = false;  // The command takes endless studies.
+  bool takes_search = false;   // The command takes studies with a search.
 };
 
 // Adds the argument and the options to a command. `options` must live until parsing has ended.
@@ -33,7 +34,8 @@ void AddStudyOptions(CLI::App& command, StudyOptions& options);
 
 // Loads the study, applies the overrides and checks the result. Errors: those of LoadStudy;
 // kInvalidArgument if both `pairs` and `scenes` are given, for values out of range, and for an
-// endless study that neither the command nor `pairs` or `scenes` takes.
+// endless study that neither the command nor `pairs` or `scenes` takes, or a search that the
+// command does not take.
 absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options);
 
 // Returns the absolute path of a folder or file that a resolved study names.

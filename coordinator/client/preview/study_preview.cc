@@ -83,7 +83,7 @@ absl::StatusOr<v1::StudySpec> LoadAsStudy(const PreviewOptions& options) {
     StudyOptions study;
     study.study = options.file;
     study.seed = options.seed;
-    study.takes_endless = true;
+    study.takes_endless = study.takes_search = true;
     return ResolveStudy(study);
   }
   v1::StudySpec study;

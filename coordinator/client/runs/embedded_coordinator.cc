@@ -17,7 +17,8 @@
 #include "common/rpc/endpoint.h"
 #include "common/store/store.h"
 #include "coordinator/client/exit_code.h"
-#include "coordinator/client/runs/page_table.h"
+#include "coordinator/client/scores/page_table.h"
+#include "coordinator/client/scores/score_trials.h"
 #include "coordinator/http/http_server.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
@@ -115,6 +116,11 @@ absl::Status EmbeddedCoordinator::Listen() {
                          ? store_->Uri().substr(sizeof "file://" - 1) + "/.tmp-incoming"
                          : copy_dir_ + "/incoming";
   server.reconnect_grace_s = kReconnectGrace_s;
+  if (!view_only_) {
+    server.scorer = [this](const ScoreQuery& query) {
+      return ScoreTrials(*queue_, *store_, query);
+    };
+  }
   ASSIGN_OR_RETURN(server_, CoordinatorServer::Start(server, *queue_));
   return absl::OkStatus();
 }

@@ -17,7 +17,7 @@
 
 #include "common/base/status.h"
 #include "coordinator/client/connection.h"
-#include "coordinator/client/runs/result_label.h"
+#include "coordinator/client/scores/result_label.h"
 #include "coordinator/client/runs/store_reader.h"
 #include "parallax/v1/study.pb.h"
 #include "worker/evaluate/scores.h"

@@ -116,6 +116,13 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
     return score;
   }
 
+  double CoreSecondsOf(std::string_view input_bytes, std::string_view packed) const override {
+    const auto input = InputOf<v1::EvaluateInput>(input_bytes);
+    v1::EvaluateResult result;
+    if (!input.ok() || !UnpackMessage(packed, result).ok()) return 0;
+    return result.predict_s() * std::max(1, input->job().threads());
+  }
+
   std::vector<StageSeconds> StagesOf(std::string_view bytes) const override {
     v1::EvaluateResult result;
     if (!result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return {};

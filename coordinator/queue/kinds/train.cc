@@ -87,6 +87,13 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
     return {{"train", result.train_s()}};
   }
 
+  double CoreSecondsOf(std::string_view input_bytes, std::string_view packed) const override {
+    const auto input = InputOf<v1::TrainInput>(input_bytes);
+    v1::TrainResult result;
+    if (!input.ok() || !UnpackMessage(packed, result).ok()) return 0;
+    return result.train_s() * std::max(1, input->job().threads());
+  }
+
   // ---- Hooks
   absl::StatusOr<JobKeys> Keys(WorkDesk& desk, const JobFacts& job) const override {
     ASSIGN_OR_RETURN(v1::TrainInput input, InputOf<v1::TrainInput>(job.input));

@@ -18,8 +18,10 @@
 #include "common/store/store.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
+#include "parallax/v1/search.grpc.pb.h"
 #include "parallax/v1/service.grpc.pb.h"
 #include "parallax/v1/stream.grpc.pb.h"
+#include "tests/coordinator/search/search_study.h"
 #include "tests/folder_test.h"
 
 namespace parallax {
@@ -65,6 +67,9 @@ const std::map<std::string, std::string>& Rows() {
       {"Streams/Next", "so"},
       {"Streams/Close", "so"},
       {"Streams/List", "sor"},
+      {"Searches/Open", "so"},
+      {"Searches/Stop", "so"},
+      {"Searches/List", "sor"},
   };
   return *rows;
 }
@@ -73,7 +78,8 @@ const std::map<std::string, std::string>& Rows() {
 std::vector<std::string> AllMethods() {
   std::vector<std::string> methods;
   for (const google::protobuf::FileDescriptor* file :
-       {v1::Hello::descriptor()->file(), v1::StreamStatus::descriptor()->file()}) {
+       {v1::Hello::descriptor()->file(), v1::StreamStatus::descriptor()->file(),
+        v1::SearchStatus::descriptor()->file()}) {
     for (int i = 0; i < file->service_count(); ++i) {
       const google::protobuf::ServiceDescriptor* service = file->service(i);
       for (int j = 0; j < service->method_count(); ++j) {
@@ -106,6 +112,7 @@ class AccessTest : public FolderTest {
     options.store_uri = store_->Uri();
     options.store = store_.get();
     options.spool_dir = dir_ + "/spool";
+    options.scorer = [](const ScoreQuery&) { return std::vector<TrialScore>(); };
     auto server = CoordinatorServer::Start(options, *queue_);
     EXPECT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
@@ -303,6 +310,35 @@ TEST_F(AccessTest, ASubmitterTakesPairsOfItsOwnStreamsOnly) {
   EXPECT_TRUE(take(*ada).ok());
   EXPECT_TRUE(take(*v1::Streams::NewStub(Channel(Role::kOperator, "olga"))).ok());
   EXPECT_TRUE(close(*ada).ok());
+}
+
+TEST_F(AccessTest, ASubmitterStopsItsOwnSearchesOnly) {
+  v1::OpenSearchRequest open;
+  *open.mutable_study() = SmallSearch();
+  const auto ada = v1::Searches::NewStub(Channel(Role::kSubmitter, "ada"));
+  grpc::ClientContext context;
+  SetRpcTimeout(context, seconds(20));
+  v1::SearchStatus status;
+  const absl::Status opened = FromGrpc(ada->Open(&context, open, &status));
+  ASSERT_TRUE(opened.ok()) << opened;
+  EXPECT_THAT(status.user(), HasSubstr("submitter ada"));
+  const auto stop = [&](v1::Searches::Stub& who) {
+    grpc::ClientContext context;
+    SetRpcTimeout(context, seconds(20));
+    v1::StopSearchRequest request;
+    request.set_name("recipe");
+    v1::SearchStatus reply;
+    return FromGrpc(who.Stop(&context, request, &reply));
+  };
+  const absl::Status refused = stop(*v1::Searches::NewStub(Channel(Role::kSubmitter, "bob")));
+  EXPECT_TRUE(absl::IsPermissionDenied(refused));
+  EXPECT_THAT(std::string(refused.message()),
+              HasSubstr("search \"recipe\" was not begun by 'bob'; others' are the operator's to "
+                        "stop"));
+  EXPECT_TRUE(stop(*ada).ok());
+  EXPECT_TRUE(stop(*v1::Searches::NewStub(Channel(Role::kOperator, "olga"))).ok());
+  // The studies are those of who opened it.
+  EXPECT_THAT(*queue_->SubmitterOf(StudyId{1}), HasSubstr("submitter ada"));
 }
 
 TEST_F(AccessTest, LimitsAreToldAndRefuseByName) {

@@ -436,7 +436,9 @@ TEST_F(SubmitTest, EveryBuiltInStudyIsAccepted) {
   for (const std::string& name : BuiltinStudies()) {
     const v1::StudySpec study = *LoadStudy(name);
     const absl::Status status = Submit(study);
-    if (study.has_stream()) {
+    if (study.has_search()) {
+      EXPECT_THAT(std::string(status.message()), HasSubstr("`parallax search FILE`")) << name;
+    } else if (study.has_stream()) {
       EXPECT_THAT(std::string(status.message()), HasSubstr("`parallax stream FILE`")) << name;
     } else {
       EXPECT_TRUE(status.ok()) << name << ": " << status;

@@ -1,11 +1,11 @@
-#include "coordinator/client/runs/page_table.h"
+#include "coordinator/client/scores/page_table.h"
 
 #include <nlohmann/json.hpp>
 
 #include "common/base/ids.h"
 #include "common/base/status.h"
 #include "common/store/store.h"
-#include "coordinator/client/runs/result_label.h"
+#include "coordinator/client/scores/result_label.h"
 #include "coordinator/client/views/table_options.h"
 #include "coordinator/queue/job_queue.h"
 #include "worker/evaluate/score_table.h"
@@ -15,10 +15,10 @@ namespace {
 
 constexpr int kResultsAtOnce = 1000;
 
-// Returns the scores of the study's last checkpoints and baselines, under the names that the study
-// gives them.
-absl::StatusOr<std::vector<Evaluation>> ScoresOf(JobQueue& queue, const Store& store,
-                                                 const v1::StudyStatus& study) {
+}  // namespace
+
+absl::StatusOr<std::vector<Evaluation>> StudyScores(JobQueue& queue, const Store& store,
+                                                    const v1::StudyStatus& study) {
   std::vector<Evaluation> scores;
   v1::ListResultsRequest asked;
   asked.set_study_id(study.study_id());
@@ -38,11 +38,9 @@ absl::StatusOr<std::vector<Evaluation>> ScoresOf(JobQueue& queue, const Store& s
   }
 }
 
-}  // namespace
-
 absl::StatusOr<std::string> PageTable(JobQueue& queue, const Store& store, int64_t id) {
   ASSIGN_OR_RETURN(const v1::StudyStatus study, queue.GetStudy(StudyId{id}));
-  ASSIGN_OR_RETURN(const std::vector<Evaluation> scores, ScoresOf(queue, store, study));
+  ASSIGN_OR_RETURN(const std::vector<Evaluation> scores, StudyScores(queue, store, study));
   nlohmann::ordered_json json = {{"text", nullptr}, {"table", nullptr}};
   if (!scores.empty()) {
     ASSIGN_OR_RETURN(const ResultTable table, client::MakeStudyTable(study.spec(), scores));

@@ -1,4 +1,4 @@
-#include "coordinator/client/runs/result_label.h"
+#include "coordinator/client/scores/result_label.h"
 
 #include <regex>
 

@@ -1,0 +1,140 @@
+#include "coordinator/client/search/search_costs.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "coordinator/client/views/text.h"
+#include "coordinator/client/views/text_table.h"
+#include "coordinator/search/rung_study.h"
+#include "coordinator/search/trial_space.h"
+
+namespace parallax::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+absl::StatusOr<StudyPlan> PlanRung(const v1::StudySpec& rung, double factor,
+                                   const BenchmarkSizes& own) {
+  BenchmarkSizes scored;  // A rung may leave some out.
+  for (const v1::OwnBenchmark& one : rung.evaluate().own_benchmarks()) {
+    if (own.count(one.name()) > 0) scored[one.name()] = own.at(one.name());
+  }
+  return PlanStudy(rung, factor, scored);
+}
+
+RungCosts CostsOf(const StudyPlan& plan, int64_t trials, int64_t pairs) {
+  return {.trials = trials,
+          .pairs = pairs,
+          .pairs_made = trials * pairs,
+          .trainings = plan.training.trainings,
+          .pairs_core_s = plan.total.solve_core_s + plan.total.render_core_s,
+          .trained_core_s = plan.training.train_core_s + plan.training.evaluate_core_s};
+}
+
+void AddTo(RungCosts& total, const RungCosts& rung) {
+  total.pairs_made += rung.pairs_made;
+  total.trainings += rung.trainings;
+  total.pairs_core_s += rung.pairs_core_s;
+  total.trained_core_s += rung.trained_core_s;
+}
+
+Json RungJson(const RungCosts& rung) {
+  return {{"trials", rung.trials},
+          {"pairs", rung.pairs},
+          {"pairs_made", rung.pairs_made},
+          {"trainings", rung.trainings},
+          {"pairs_core_hours", rung.pairs_core_s / 3600},
+          {"trained_core_hours", rung.trained_core_s / 3600},
+          {"core_hours", rung.core_hours()}};
+}
+
+std::string HoursText(double hours) { return FormatNumber(hours); }
+
+}  // namespace
+
+absl::StatusOr<SearchCosts> CostsOfSearch(const v1::StudySpec& search, double factor,
+                                          const BenchmarkSizes& own) {
+  const v1::SearchSpec spec = SearchOf(search);
+  ASSIGN_OR_RETURN(std::vector<v1::SearchTrial> trials, ProposeTrials(search, spec.trials()));
+  SearchCosts costs;
+  for (int rung = 0; rung < spec.rungs_size() && trials.size() > 1; ++rung) {
+    ASSIGN_OR_RETURN(const v1::StudySpec study, RungStudy(search, rung, trials));
+    ASSIGN_OR_RETURN(const StudyPlan plan, PlanRung(study, factor, own));
+    const auto count = static_cast<int64_t>(trials.size());
+    RungCosts one = CostsOf(plan, count, PairsOfRung(search, rung));
+    if (rung > 0) {  // Its first pairs are there already.
+      ASSIGN_OR_RETURN(const v1::StudySpec before, RungStudy(search, rung - 1, trials));
+      ASSIGN_OR_RETURN(const StudyPlan had, PlanRung(before, factor, own));
+      one.pairs_core_s -= had.total.solve_core_s + had.total.render_core_s;
+      one.pairs_made -= count * PairsOfRung(search, rung - 1);
+    }
+    if (!plan.training.not_priced.empty()) costs.not_priced = plan.training.not_priced;
+    costs.rungs.push_back(one);
+    AddTo(costs.total, one);
+    const bool is_within = spec.core_hours() <= 0 || costs.total.core_hours() <= spec.core_hours();
+    if (is_within || rung == 0) costs.rungs_within = rung + 1;
+    // The default goes on beside the best.
+    const int64_t keep = spec.keep_one_of();
+    trials.resize(static_cast<size_t>(1 + (count - 1 + keep - 1) / keep));
+  }
+  if (spec.confirm().enabled() && trials.size() > 1) {
+    ASSIGN_OR_RETURN(const v1::StudySpec study, ConfirmStudy(search, trials.back()));
+    ASSIGN_OR_RETURN(const StudyPlan plan, PlanRung(study, factor, own));
+    costs.confirmation = CostsOf(plan, 2, study.pairs());
+    AddTo(costs.total, *costs.confirmation);
+  }
+  return costs;
+}
+
+void PrintSearchCosts(const v1::StudySpec& search, const SearchCosts& costs, const Terminal& out) {
+  const v1::SearchSpec spec = SearchOf(search);
+  *out.stream << out.Paint(Tone::kBold, search.name()) << ": a search over "
+              << Plural(spec.space_size(), "setting") << "\n";
+  Table table({{"rung"},
+               {"trials", Align::kRight},
+               {"pairs of each", Align::kRight},
+               {"trainings", Align::kRight},
+               {"core-hours of pairs", Align::kRight},
+               {"of trainings", Align::kRight}});
+  const auto add = [&](const std::string& name, const RungCosts& rung) {
+    table.AddRow({name, FormatCount(rung.trials), FormatCount(rung.pairs),
+                  FormatCount(rung.trainings), HoursText(rung.pairs_core_s / 3600),
+                  HoursText(rung.trained_core_s / 3600)});
+  };
+  for (size_t i = 0; i < costs.rungs.size(); ++i) add(fmt::format("{}", i + 1), costs.rungs[i]);
+  if (costs.confirmation) add("confirmation", *costs.confirmation);
+  table.Print(out, 2);
+  const RungCosts& total = costs.total;
+  *out.stream << "Search: " << HoursText(total.core_hours()) << " core-hours in all ("
+              << Plural(total.pairs_made, "pair") << " " << HoursText(total.pairs_core_s / 3600)
+              << ", " << Plural(total.trainings, "training") << " "
+              << HoursText(total.trained_core_s / 3600) << ")";
+  if (costs.confirmation) {
+    *out.stream << ", the confirmation " << HoursText(costs.confirmation->core_hours())
+                << " of them";
+  }
+  if (!costs.not_priced.empty()) {
+    *out.stream << "; nobody has measured trainings of " << costs.not_priced;
+  }
+  if (costs.rungs_within < static_cast<int>(costs.rungs.size())) {
+    *out.stream << "; core_hours: " << HoursText(spec.core_hours()) << " ends it after "
+                << (costs.rungs_within == 1 ? std::string("its first rung")
+                                            : fmt::format("rung {}", costs.rungs_within));
+  }
+  *out.stream << "\n";
+}
+
+Json SearchCostsJson(const SearchCosts& costs) {
+  Json json = {
+      {"rungs", Json::array()}, {"confirmation", nullptr}, {"total", RungJson(costs.total)}};
+  for (const RungCosts& rung : costs.rungs) json["rungs"].push_back(RungJson(rung));
+  if (costs.confirmation) json["confirmation"] = RungJson(*costs.confirmation);
+  json["total"].erase("trials");
+  json["total"].erase("pairs");
+  json["rungs_within"] = costs.rungs_within;
+  return json;
+}
+
+}  // namespace parallax::client

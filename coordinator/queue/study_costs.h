@@ -1,0 +1,23 @@
+// How long the results of a study took to make, from the seconds that they report themselves: pairs
+// their share of the render job's CPU time, trainings and evaluations their time by their threads.
+// Solves keep no time, and are not in it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace parallax {
+
+// Core-seconds of a study's results, whoever made them.
+struct StudyCosts {
+  struct Pairs {
+    int64_t pairs = 0;
+    double core_s = 0;
+  };
+  std::map<std::string, Pairs> variants;  // By name; those without pairs are absent.
+  double train_core_s = 0, evaluate_core_s = 0;
+  double fresh_core_s = 0;  // Of results that the study itself made, and did not find.
+};
+
+}  // namespace parallax

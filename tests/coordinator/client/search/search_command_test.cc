@@ -1,0 +1,404 @@
+// parallax search: what it says of searches, the recipe and the picture that it writes.
+#include <gmock/gmock.h>
+
+#include "common/base/system/file.h"
+#include "common/config/config.h"
+#include "coordinator/client/search/best_recipe.h"
+#include "coordinator/client/search/search_picture.h"
+#include "coordinator/client/search/search_view.h"
+#include "coordinator/search/rung_study.h"
+#include "parallax/v1/search.grpc.pb.h"
+#include "tests/coordinator/client/command_test.h"
+
+namespace parallax::client {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+const char kCamera[] =
+    "study: camera\n"
+    "pairs: 200\n"
+    "rigs_per_scene: 10\n"
+    "set: {render: {profile: preview}, rigs: {width_px: 640, height_px: 360}}\n"
+    "search:\n"
+    "  space:\n"
+    "    floating.count: {range: [0, 40]}\n"
+    "    floating.size_m: {range: [0.1, 1], log: true}\n"
+    "    materials.mode: {choice: [all, none]}\n"
+    "    materials.replace_probability: {range: [0, 1], when: {materials.mode: all}}\n"
+    "  trials: 3\n"
+    "  confirm: {benchmarks: [middlebury2014-Q]}\n"
+    "train: {steps: 400, seeds: 2}\n"
+    "evaluate: {benchmarks: [shipped, middlebury2014-Q]}\n";
+
+v1::StudySpec Camera(const std::string& file = "camera.yaml") {
+  const auto study = ParseStudy(kCamera, file);
+  EXPECT_TRUE(study.ok()) << study.status();
+  return study.ok() ? *study : v1::StudySpec();
+}
+
+void SetFigure(double value, double half, v1::SearchFigure* figure) {
+  figure->set_value(value);
+  figure->set_low(value - half);
+  figure->set_high(value + half);
+}
+
+void AddScore(int rung, double error, double difference, const std::string& verdict,
+              v1::SearchTrial& trial) {
+  v1::SearchScore& score = *trial.add_scores();
+  score.set_rung(rung);
+  SetFigure(error, 1.5, score.mutable_objective());
+  SetFigure(difference, difference == 0 ? 0 : 0.5, score.mutable_difference());
+  score.set_verdict(verdict);
+  score.set_core_s_per_pair(4.25);
+}
+
+v1::SearchTrial& AddTrial(const std::vector<std::pair<std::string, std::string>>& values,
+                          v1::SearchStatus& search) {
+  v1::SearchTrial& trial = *search.add_trials();
+  trial.set_number(search.trials_size() - 1);
+  for (const auto& [path, yaml] : values) {
+    v1::SearchValue& value = *trial.add_values();
+    value.set_path(path);
+    value.set_yaml(yaml);
+  }
+  return trial;
+}
+
+// A search of three trials on its second rung.
+v1::SearchStatus Status() {
+  v1::SearchStatus search;
+  search.set_name("camera");
+  search.set_state("running");
+  search.set_rung(1);
+  search.set_rungs(3);
+  search.set_core_hours(1.25);
+  search.set_waits_for("rung 2: 9 of 12 trainings have ended");
+  search.add_studies(4);
+  search.add_studies(7);
+  *search.mutable_study() = Camera();
+  v1::SearchTrial& none = AddTrial({}, search);
+  AddScore(0, 30, 0, "", none);
+  AddScore(1, 22, 0, "", none);
+  v1::SearchTrial& first = AddTrial(
+      {{"floating.count", "7"}, {"floating.size_m", "0.13726481"}, {"materials.mode", "none"}},
+      search);
+  AddScore(0, 40, 10, "worse", first);
+  first.set_ended("rung 1: significantly worse than the default");
+  v1::SearchTrial& second = AddTrial({{"floating.count", "33"},
+                                      {"floating.size_m", "0.5"},
+                                      {"materials.mode", "all"},
+                                      {"materials.replace_probability", "0.25"}},
+                                     search);
+  AddScore(0, 28, -2, "not significant", second);
+  AddScore(1, 19.5, -2.5, "better", second);
+  v1::SearchTrial& third = AddTrial({{"floating.count", "20"},
+                                     {"floating.size_m", "0.2"},
+                                     {"materials.mode", "all"},
+                                     {"materials.replace_probability", "1"}},
+                                    search);
+  AddScore(0, 31, 1, "not significant", third);
+  search.set_best(2);
+  v1::SearchImportance& importance = *search.add_importances();
+  importance.set_path("materials.mode");
+  importance.mutable_share()->set_value(0.62);
+  importance.mutable_share()->set_low(0.3);
+  importance.mutable_share()->set_high(0.8);
+  return search;
+}
+
+class FakeSearches : public v1::Searches::Service {
+ public:
+  FakeSearches() {
+    auto server = RpcServer::Start({*ParseRpcAddress("127.0.0.1:0")}, RpcSecurity{}, *this);
+    EXPECT_TRUE(server.ok()) << server.status();
+    server_ = *std::move(server);
+  }
+  std::string address() const { return server_->addresses()[0].ToString(); }
+
+  // What List gives, one after the other; the last one stays.
+  std::vector<v1::SearchStatus> statuses;
+  std::vector<std::string> orders;
+  v1::StudySpec opened;
+
+  grpc::Status Open(grpc::ServerContext*, const v1::OpenSearchRequest* request,
+                    v1::SearchStatus* reply) override {
+    opened = request->study();
+    orders.push_back("open " + opened.name());
+    *reply = statuses.front();
+    return grpc::Status::OK;
+  }
+  grpc::Status List(grpc::ServerContext*, const v1::ListSearchesRequest* request,
+                    v1::ListSearchesReply* reply) override {
+    if (statuses.empty() && request->name().empty()) return grpc::Status::OK;
+    if (statuses.empty() ||
+        (!request->name().empty() && request->name() != statuses.front().name())) {
+      return {grpc::StatusCode::NOT_FOUND, "no search '" + request->name() + "'"};
+    }
+    *reply->add_searches() = statuses.front();
+    if (statuses.size() > 1) statuses.erase(statuses.begin());
+    return grpc::Status::OK;
+  }
+  grpc::Status Stop(grpc::ServerContext*, const v1::StopSearchRequest* request,
+                    v1::SearchStatus* reply) override {
+    orders.push_back((request->forget() ? "forget " : "stop ") + request->name());
+    *reply = statuses.front();
+    return grpc::Status::OK;
+  }
+
+ private:
+  std::unique_ptr<RpcServer> server_;  // Last: it calls the rest until it is gone.
+};
+
+class SearchCommandTest : public FolderTest {
+ protected:
+  Outcome Run(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "search");
+    arguments.insert(arguments.end(), {"--coordinator", searches_.address()});
+    return RunCommand(arguments);
+  }
+  FakeSearches searches_;
+};
+
+TEST_F(SearchCommandTest, ASearchIsATableOfItsTrials) {
+  searches_.statuses = {Status()};
+  const Outcome shown = Run({"camera"});
+  EXPECT_EQ(shown.exit_code, kExitOk) << shown.err;
+  EXPECT_EQ(shown.out,
+            "camera: running, rung 2 of 3 with 2 of 3 trials, 1.25 core-hours\n"
+            "  rung 2: 9 of 12 trainings have ended\n"
+            "  TRIAL                    count                size_m  mode  replace_probability  "
+            "RUNG            ERROR %         FROM DEFAULT  VERDICT          CORE-S/PAIR  ENDED\n");
+}
+
+TEST_F(SearchCommandTest, ASearchWithoutScoresSaysWhatItWaitsFor) {
+  v1::SearchStatus search = Status();
+  search.clear_trials();
+  search.clear_best();
+  search.clear_importances();
+  search.set_rung(0);
+  search.mutable_studies()->Truncate(1);
+  search.set_needs("no worker may train: start one with --role all");
+  searches_.statuses = {search};
+  const Outcome shown = Run({"camera"});
+  EXPECT_THAT(shown.out, HasSubstr("  rung 2: 9 of 12 trainings have ended\n"
+                                   "  no trial has a score yet; `parallax watch 4` shows the work "
+                                   "of rung 1\n"));
+  EXPECT_THAT(shown.err, HasSubstr("note: no worker may train: start one with --role all"));
+  const Outcome best = Run({"camera", "--best", dir_ + "/best.yaml"});
+  EXPECT_EQ(best.exit_code, kExitFailed);
+  EXPECT_THAT(best.err, HasSubstr("search 'camera' has no best trial yet: rung 2"));
+}
+
+TEST_F(SearchCommandTest, TheConfirmationIsSaidEitherWay) {
+  v1::SearchStatus search = Status();
+  search.set_state("ended");
+  search.set_outcome("confirmed");
+  SetFigure(-3, 1, search.mutable_confirmation()->mutable_difference());
+  searches_.statuses = {search};
+  EXPECT_THAT(Run({"camera"}).out,
+              HasSubstr("Best: trial 2: floating.count 33, floating.size_m 0.500, materials.mode "
+                        "all, materials.replace_probability 0.250\n"
+                        "  its error is 2.5 points below the default's [-3.0, -2.0]\n"
+                        "Confirmed with fresh scenes and trainings on middlebury2014-Q: its error "
+                        "is 3.0 points below the default's [-4.0, -2.0]\n"));
+  searches_.statuses[0].set_outcome("not confirmed");
+  SetFigure(0.5, 1, searches_.statuses[0].mutable_confirmation()->mutable_difference());
+  EXPECT_THAT(Run({"camera"}).out,
+              HasSubstr("\nNot confirmed with fresh scenes and trainings on middlebury2014-Q: its "
+                        "error is 0.5 points above the default's [-0.5, +1.5]\n"));
+  searches_.statuses[0].set_best(0);
+  EXPECT_THAT(Run({"camera"}).out, HasSubstr("\nBest: the default; no trial's error is less\n"));
+}
+
+TEST_F(SearchCommandTest, JsonHasAllOfIt) {
+  searches_.statuses = {Status()};
+  const auto json = nlohmann::json::parse(Run({"camera", "--json"}).out);
+  EXPECT_EQ(json["name"], "camera");
+  EXPECT_EQ(json["best"], 2);
+  EXPECT_EQ(json["confirmation"], nullptr);
+  EXPECT_EQ(json["studies"], nlohmann::json({4, 7}));
+  EXPECT_EQ(json["trials"][2]["values"]["floating.count"], "33");
+  EXPECT_EQ(json["trials"][2]["scores"][1]["difference"]["low"], -3);
+  EXPECT_EQ(json["trials"][1]["ended"], "rung 1: significantly worse than the default");
+  EXPECT_EQ(json["importances"][0]["share"]["value"], 0.62);
+}
+
+TEST_F(SearchCommandTest, AFileBeginsASearchAndANameFindsIt) {
+  EXPECT_EQ(Run({}).out, "no search was begun; `parallax search FILE` begins one\n");
+  searches_.statuses = {Status()};
+  const std::string file = dir_ + "/camera.yaml";
+  ASSERT_TRUE(WriteFile(file, kCamera).ok());
+  EXPECT_EQ(Run({file}).exit_code, kExitOk);
+  EXPECT_EQ(searches_.opened.search().trials(), 3);
+  EXPECT_EQ(Run({"camera"}).exit_code, kExitOk);
+  EXPECT_THAT(Run({}).out, HasSubstr("camera  running   2/3        1.25  trial 2"));
+  EXPECT_EQ(Run({file, "--stop"}).exit_code, kExitOk);
+  EXPECT_EQ(Run({"camera", "--forget", "--yes"}).exit_code, kExitOk);
+  EXPECT_EQ(Run({"camera", "--forget"}).exit_code, kExitFailed);  // Nobody agrees.
+  EXPECT_THAT(searches_.orders, ElementsAre("open camera", "stop camera", "forget camera"));
+  const Outcome unknown = Run({"kamera"});
+  EXPECT_EQ(unknown.exit_code, kExitUsage);
+  EXPECT_THAT(unknown.err, HasSubstr("no search 'kamera'"));
+  EXPECT_THAT(Run({"quickstart"}).err, HasSubstr("study 'quickstart' has no `search`"));
+  EXPECT_EQ(Run({"--stop"}).exit_code, kExitUsage);
+  EXPECT_EQ(Run({"camera", "--stop", "--watch"}).exit_code, kExitUsage);
+  EXPECT_THAT(Run({"camera", "--picture", "x.png"}).err, HasSubstr("ends with .svg is needed"));
+}
+
+TEST_F(SearchCommandTest, WatchingTellsOfChangesAndEndsWithTheSearch) {
+  v1::SearchStatus first = Status(), second = Status(), end = Status();
+  second.set_waits_for("rung 2: 12 of 12 trainings have ended");
+  end.set_state("ended");
+  end.clear_waits_for();
+  searches_.statuses = {first, first, first, second, end};
+  const Outcome watched = Run({"camera", "--watch"});
+  EXPECT_EQ(watched.exit_code, kExitOk) << watched.err;
+  EXPECT_THAT(watched.out,
+              testing::StartsWith("running, rung 2 of 3 with 2 of 3 trials, 1.25 core-hours; rung "
+                                  "2: 9 of 12 trainings have ended\n"
+                                  "running, rung 2 of 3 with 2 of 3 trials, 1.25 core-hours; rung "
+                                  "2: 12 of 12 trainings have ended\n"
+                                  "camera: ended, 1.25 core-hours\n"));
+  end.set_state("stopped");
+  searches_.statuses = {end};
+  EXPECT_EQ(Run({"camera", "--watch"}).exit_code, kExitFailed);
+}
+
+TEST_F(SearchCommandTest, TheBestRecipeIsAStudyThatStandsAlone) {
+  searches_.statuses = {Status()};
+  const std::string file = dir_ + "/best.yaml";
+  ASSERT_EQ(Run({"camera", "--best", file}).exit_code, kExitOk);
+  const auto text = ReadFile(file);
+  ASSERT_TRUE(text.ok());
+  EXPECT_THAT(*text, testing::StartsWith("# The best of the search camera: trial 2, -2.5 points of "
+                                         "error from the default.\nstudy: camera-best\n"));
+  EXPECT_THAT(*text, HasSubstr("seed: 1\npairs: 200\nrigs_per_scene: 10\n"
+                               "set:\n  rigs:\n    width_px: 640\n    height_px: 360\n"
+                               "  render:\n    profile: preview\n"
+                               "train:\n  steps: 400\n  seeds: 2\n"
+                               "evaluate:\n  benchmarks: [shipped, middlebury2014-Q]\n"
+                               "variants:\n  - name: best\n"
+                               "    set: {floating: {count: 33, size_m: 0.5}, materials: {mode: "
+                               "all, replace_probability: 0.25}}\n"));
+  const auto study = LoadStudy(file);
+  ASSERT_TRUE(study.ok()) << study.status();
+  EXPECT_EQ(study->pairs(), 200);
+  EXPECT_EQ(study->train().steps(), 400);
+  EXPECT_EQ(study->variants(0).config().floating().count().constant(), 33);
+  EXPECT_EQ(study->variants(0).config().rigs().width_px(), 640);
+}
+
+// Settings that a short file would not read back to stand there in full.
+TEST(BestRecipeTest, TheConfigIsThatOfTheTrialWhateverTheBaseIs) {
+  for (const char* set : {
+           "{rigs: {camera: {preset: zed_2i}}}",
+           "{sensor: {preset: webcam, white_e: 0, read_noise_e: 0}, render: {keep_hdr: true}}",
+           "{type: nature, nature: {biomes: {forest: 1, river: 0.5}}}",
+           "{assets: {exclude: []}, room: {kinds: [kitchen]}}",
+       }) {
+    SCOPED_TRACE(set);
+    v1::SearchStatus search;
+    search.set_name("s");
+    const auto study = ParseStudy(
+        "study: s\npairs: 40\nset: " + std::string(set) +
+            "\nsearch: {space: {lighting.sky_strength: {range: [0.1, 2]}}}\ntrain: {steps: 9}\n"
+            "evaluate: {}\n",
+        "s.yaml");
+    ASSERT_TRUE(study.ok()) << study.status();
+    *search.mutable_study() = *study;
+    AddTrial({}, search);
+    AddTrial({{"lighting.sky_strength", "1.5"}}, search);
+    search.set_best(1);
+    const auto text = BestRecipe(search);
+    ASSERT_TRUE(text.ok()) << text.status();
+    const auto read = ParseStudy(*text, "best.yaml");
+    ASSERT_TRUE(read.ok()) << read.status() << *text;
+    v1::SceneConfig wanted = study->variants(0).config();
+    wanted.mutable_lighting()->mutable_sky_strength()->set_constant(1.5);
+    EXPECT_EQ(read->variants(0).config().SerializeAsString(), wanted.SerializeAsString()) << *text;
+  }
+}
+
+TEST(SearchPictureTest, EachScoreIsAPointAndEachTrialALine) {
+  const std::string svg = SearchSvg(Status());
+  const auto count = [&](const std::string& what) {
+    int found = 0;
+    for (size_t at = svg.find(what); at != std::string::npos; at = svg.find(what, at + 1)) ++found;
+    return found;
+  };
+  // Six scores in two panels, two of them the default's; three rungs and the best in the legend.
+  EXPECT_EQ(count("<circle"), 2 * 4 + 3 + 1);
+  EXPECT_EQ(count("<path") - 2, 3);  // Beside the least error and its legend.
+  EXPECT_EQ(count("<svg"), 1);
+  EXPECT_THAT(svg, HasSubstr("</svg>\n"));
+  EXPECT_THAT(svg, Not(HasSubstr("nan")));
+  EXPECT_THAT(SearchSvg([] {
+                v1::SearchStatus search = Status();
+                search.clear_trials();
+                return search;
+              }()),
+              HasSubstr("No trial has a score yet."));
+}
+
+TEST(SearchViewTest, NamesAreAsShortAsTellsThemApart) {
+  v1::SearchSpec search;
+  for (const char* path : {"floating.count", "rigs.count", "materials.mode", "type"}) {
+    search.add_space()->set_path(path);
+  }
+  EXPECT_THAT(ShortNames(search), ElementsAre("floating.count", "rigs.count", "mode", "type"));
+}
+
+TEST(SearchViewTest, TheDefaultHasTheValuesOfItsConfig) {
+  const v1::SearchStatus search = Status();
+  EXPECT_EQ(DefaultText(search, "floating.count"), "10..30");
+  EXPECT_EQ(DefaultText(search, "materials.mode"), "all");
+  EXPECT_EQ(DefaultText(search, "rigs.width_px"), "640");
+  EXPECT_EQ(DefaultText(search, "nature.walk.fps"), "6");
+  EXPECT_EQ(DefaultText(search, "floating"), "-");
+  EXPECT_EQ(DefaultText(search, "floating.nothing"), "-");
+}
+
+class SearchPlanTest : public FolderTest {
+ protected:
+  std::string Camera() {
+    EXPECT_TRUE(WriteFile(dir_ + "/camera.yaml", kCamera).ok());
+    return dir_ + "/camera.yaml";
+  }
+};
+
+TEST_F(SearchPlanTest, APlanPricesTheRungsAndTheConfirmation) {
+  const Outcome plan = RunCommand({"plan", Camera(), "--cores", "4"});
+  ASSERT_EQ(plan.exit_code, kExitOk) << plan.err;
+  EXPECT_THAT(plan.out, testing::StartsWith("camera: a search over 4 settings\n  rung"));
+  EXPECT_THAT(plan.out, HasSubstr("\nSearch: "));
+  EXPECT_THAT(plan.out, HasSubstr(" core-hours in all (1,000 pairs "));
+  const auto json = nlohmann::json::parse(RunCommand({"plan", Camera(), "--json"}).out)["search"];
+  // Four of 50 pairs, three of 100 and two of 200, of which each has some from the rung before.
+  ASSERT_EQ(json["rungs"].size(), 3u);
+  EXPECT_EQ(json["rungs"][0]["pairs_made"], 200);
+  EXPECT_EQ(json["rungs"][1]["pairs_made"], 150);
+  EXPECT_EQ(json["rungs"][2]["pairs_made"], 200);
+  EXPECT_EQ(json["rungs"][2]["trainings"], 4);
+  EXPECT_EQ(json["confirmation"]["pairs_made"], 400);
+  EXPECT_EQ(json["total"]["trainings"], 8 + 6 + 4 + 4);
+  const double pairs_hours = json["rungs"][0]["pairs_core_hours"];
+  EXPECT_GT(pairs_hours, 0);
+  // 400 steps for each of two seeds, of which the first rung has a quarter.
+  EXPECT_LT(json["rungs"][0]["trained_core_hours"], json["confirmation"]["trained_core_hours"]);
+}
+
+TEST_F(SearchPlanTest, SearchesAreNotSubmitted) {
+  const std::string file = Camera();
+  EXPECT_THAT(RunCommand({"submit", file}).err,
+              HasSubstr("study 'camera' is a search: `parallax search " + file + "` begins it"));
+  EXPECT_THAT(RunCommand({"run", file, "--out", dir_ + "/out"}).err,
+              HasSubstr("`parallax search " + file + "` begins it"));
+  EXPECT_THAT(RunCommand({"plan", file, "--yes"}).err,
+              HasSubstr("study 'camera' is a search and is not submitted; `parallax search "));
+}
+
+}  // namespace
+}  // namespace parallax::client

@@ -27,7 +27,7 @@ struct StatusSnapshot {
   std::vector<v1::WorkerStatus> workers;
   ServerMetrics server;
   JobQueueStats queue;
-  std::vector<RunningJob> running;  // Jobs that report figures.
+  std::vector<RunningJob> running;        // Jobs that report figures.
   std::vector<v1::StreamStatus> streams;  // By name.
   FarmSpace space;
 };

@@ -165,7 +165,7 @@ class CoordinatorServerImpl final : public CoordinatorServer {
   WaitReasons waits_;
   ArtifactsService artifacts_;
   CoordinatorService service_;
-  mutable StreamsService streams_;                // Its first look reads the database.
+  mutable StreamsService streams_;  // Its first look reads the database.
   SearchesService searches_;
   std::unique_ptr<RevokedCertificates> revoked_;  // Present where callers have certificates.
   std::unique_ptr<RpcServer> server_;

@@ -30,14 +30,14 @@ TEST(EngineFiles, EachWrongFileNamesLineFieldAndWhatIsExpected) {
     const char* want;  // The beginning of the message.
   } rows[] = {
       {"{pilots}", "{pilot}",
-       "mine.yaml:3: submit.command[4]: there is no {pilot}, expected {name}, {pilots}, {script}"},
+       "mine.yaml:3: submit.command[3]: there is no {pilot}, expected {name}, {pilots}, {script}"},
       {"\"{ids}\"", "\"{id}\"", "mine.yaml:10: cancel[1]: there is no {id}, expected {ids}"},
-      {"  id: ", "  job: ", "mine.yaml:2: submit.id: is missing, expected a regular expression"},
+      {"  id: ", "  job: ", "mine.yaml:3: submit.id: is missing, expected a regular expression"},
       {"^(\\d+)(;.*)?$", "^(\\d+", "mine.yaml:9: submit.id: \"^(\\d+\" is no regular expression"},
       {"\\|(.*)$", "\\|.*$",
        "mine.yaml:13: list.pilot: \"^(\\d[^|]*)\\|.*$\" has 1 groups, expected 2 at least"},
       {"is: running", "is: runs",
-       "mine.yaml:15: list.states[0].is: runs is not known, did you mean running?"},
+       "mine.yaml:15: list.states[0].is: runs is not known (allowed: waiting, running, ending)"},
       {"is: running", "es: running", "mine.yaml:15: list.states[0].es: no such field"},
       {"term_s: 30", "term_s: soon",
        "mine.yaml:19: signals.term_s: soon is not a whole number, allowed 1 to 86400 s"},

@@ -270,6 +270,7 @@ TEST_F(JobFailuresTest, ASceneThatRanOutOfMemoryGoesToAWorkerWithMore) {
   EXPECT_EQ(ListJobs(study, "READY").at(0).needs_memory_mb(), 3000);
   EXPECT_THAT(Lease(small, 1), IsEmpty());
   Complete(Answer(half, "big"));
+  big.farm.clear();
   Complete(Answer(LeaseOne(big), "big"));
   EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_SUCCEEDED);
 }
@@ -283,9 +284,13 @@ TEST_F(JobFailuresTest, ARetryOfASceneNeedsWhatItsLastAttemptDid) {
   Fail(Failure(lease, "small", "out of memory"));
   clock_.Advance(3600);
   Tick();
-  Fail(Failure(LeaseOne(big), "big", "the seed is cursed", /*retryable=*/false));
-  ASSERT_TRUE(queue_->Retry(study, "tester").ok());
-  EXPECT_EQ(ListJobs(study, "READY").at(0).needs_memory_mb(), 3000);
+  for (int i = 0; i < 10; ++i) {
+    Fail(Failure(LeaseOne(big), "big", "bad build", /*retryable=*/false));
+  }
+  ASSERT_EQ(Status(study).state(), v1::STUDY_STATE_FAILED);
+  ASSERT_TRUE(queue_->RetryJob(study, lease.attempt().job_id(), "", "tester").ok());
+  ASSERT_THAT(ListJobs(study, "READY"), SizeIs(1));
+  EXPECT_EQ(ListJobs(study, "READY")[0].needs_memory_mb(), 3000);
 }
 
 // Leases to `others` workers, which live on, while each worker that takes `job` is lost with it.

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "common/base/shell_word.h"
 #include "common/base/system/file.h"
 #include "common/base/system/secret.h"
 #include "common/rpc/certificate.h"
@@ -225,8 +226,8 @@ absl::Status MakeServer(const InitOptions& options, const KeyPair& authority, do
   files.push_back({"http.token", token + "\n"});
   files.push_back({kRevokedFile, kEmptyRevokedList});
   RETURN_IF_ERROR(MakeFolder(options.dir, "server", files));
-  out << options.dir << "/server  coordinator serve --tls " << options.dir << "/server   (for "
-      << Join(hosts) << ")\n";
+  out << options.dir << "/server  coordinator serve --tls " << ShellWord(options.dir + "/server")
+      << "   (for " << Join(hosts) << ")\n";
   return absl::OkStatus();
 }
 

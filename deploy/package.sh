@@ -93,7 +93,7 @@ add_shared_files() {
   mkdir "$1/share/parallax/benchmarks"
   cp -r "$BENCHMARKS/shipped" "$1/share/parallax/benchmarks/shipped"
   installed_as tarball "$1"
-  cp -r deploy/systemd deploy/slurm deploy/kubernetes deploy/dashboards deploy/README.md "$1/share/parallax/"
+  cp -r deploy/systemd deploy/slurm deploy/batch deploy/kubernetes deploy/dashboards deploy/README.md "$1/share/parallax/"
   cp README.md LICENSE CHANGELOG.md "$1/share/doc/parallax/"
   add_completion "$1/share" "${PROGRAMS[@]}"
 }

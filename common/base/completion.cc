@@ -45,10 +45,10 @@ std::string Replaced(std::string text, const std::string& from, const std::strin
 }
 
 // CLI11 appends the checks to the type: "TEXT:{auto,direct}", "INT:INT in [1 - 256]".
-Argument Read(const CLI::Option& option) {
+Argument Read(const CLI::Option& option, bool positional) {
   Argument argument;
   argument.help = OneLine(option.get_description());
-  argument.positional = option.get_positional();
+  argument.positional = positional;
   argument.required = option.get_required();
   argument.many = option.get_expected_max() > 1;
   const std::string type = option.get_type_size() == 0 ? "" : option.get_type_name();
@@ -70,7 +70,11 @@ Argument Read(const CLI::Option& option) {
 void Walk(const CLI::App& app, const std::string& path, std::vector<Command>& out) {
   Command command{path, OneLine(app.get_description()), app.get_footer(), {}, {}};
   for (const CLI::Option* option : app.get_options()) {
-    if (!option->get_group().empty()) command.arguments.push_back(Read(*option));
+    if (option->get_group().empty()) continue;
+    // One option may be both, "ENGINE,--engine".
+    if (option->get_positional()) command.arguments.push_back(Read(*option, true));
+    if (option->get_lnames().empty() && option->get_snames().empty()) continue;
+    command.arguments.push_back(Read(*option, false));
   }
   const auto below = app.get_subcommands([](const CLI::App* a) { return !a->get_group().empty(); });
   for (const CLI::App* sub : below) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/base/names.h"
+#include "common/base/shell_word.h"
 #include "common/rpc/address.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/message_texts.h"
@@ -132,7 +133,7 @@ absl::StatusOr<Reply> Connection::CallOn(ServiceStub& service, Method method,
     return Unavailable(
         "no coordinator at {}: {}; start one with `coordinator serve --db FILE --store DIR "
         "--listen {}`, or name another with --coordinator HOST:PORT",
-        address_, CauseOf(status.error_message()), address_);
+        address_, CauseOf(status.error_message()), ShellWord(address_));
   }
   if (status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED) {
     return Unavailable("the coordinator at {} did not answer within {}", address_,

@@ -51,6 +51,8 @@ Json FarmJson(const StatusSnapshot& snapshot) {
                        {"label", job.label},
                        {"figures", job.figures}});
   }
+  Json streams = Json::array();
+  for (const v1::StreamStatus& stream : snapshot.streams) streams.push_back(StreamJson(stream));
   return {{"version", snapshot.version},
           {"epoch", snapshot.epoch},
           {"store", snapshot.store_uri},
@@ -66,6 +68,7 @@ Json FarmJson(const StatusSnapshot& snapshot) {
             {"busy", snapshot.server.running},
             {"states", states}}},
           {"studies", studies},
+          {"streams", streams},
           {"running", running}};
 }
 

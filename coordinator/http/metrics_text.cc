@@ -273,6 +273,38 @@ void WriteRunning(const StatusSnapshot& snapshot, Writer& out) {
   }
 }
 
+void WriteStreams(const StatusSnapshot& snapshot, Writer& out) {
+  const auto each = [&](const char* name, const char* help, auto value) {
+    out.Head(name, "gauge", help);
+    for (const v1::StreamStatus& stream : snapshot.streams) {
+      out.Sample(name, {{"stream", stream.name()}}, static_cast<double>(value(stream)));
+    }
+  };
+  each("stream_chunks_begun", "Chunks that were begun since the stream was opened.",
+       [](const v1::StreamStatus& stream) { return stream.chunks_begun(); });
+  each("stream_chunks_made", "Chunks of which all pairs were made.",
+       [](const v1::StreamStatus& stream) { return stream.chunks_made(); });
+  each("stream_chunks_forgotten", "Chunks that are used up and gone.",
+       [](const v1::StreamStatus& stream) { return stream.chunks_forgotten(); });
+  each("stream_pairs_kept", "Pairs that are made and not forgotten.",
+       [](const v1::StreamStatus& stream) { return stream.pairs_kept(); });
+  each("stream_consumers", "Ranks of all consumers.",
+       [](const v1::StreamStatus& stream) { return stream.consumers_size(); });
+  each("stream_needs_person", "1 if the stream can't go on until a person acts, else 0.",
+       [](const v1::StreamStatus& stream) { return !stream.needs().empty() && !stream.closed(); });
+  out.Head("stream_consumer_silent_seconds", "gauge", "Since the rank of a consumer was heard.");
+  for (const v1::StreamStatus& stream : snapshot.streams) {
+    for (const v1::StreamConsumer& consumer : stream.consumers()) {
+      if (consumer.heard_unix_s() <= 0) continue;  // Only other ranks of it were heard so far.
+      out.Sample("stream_consumer_silent_seconds",
+                 {{"stream", stream.name()},
+                  {"consumer", consumer.name()},
+                  {"rank", std::to_string(consumer.rank())}},
+                 std::max(0.0, snapshot.now_unix_s - consumer.heard_unix_s()));
+    }
+  }
+}
+
 }  // namespace
 
 std::string EscapeLabel(std::string_view value) {
@@ -308,6 +340,7 @@ std::string MetricsText(const StatusSnapshot& snapshot) {
   WriteWork(snapshot.server, out);
   WritePairs(snapshot, out);
   WriteRunning(snapshot, out);
+  WriteStreams(snapshot, out);
   return out.Take();
 }
 

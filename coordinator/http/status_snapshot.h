@@ -9,6 +9,7 @@
 #include "coordinator/rpc/coordinator_server.h"
 #include "coordinator/rpc/storage/farm_space.h"
 #include "parallax/v1/service.pb.h"
+#include "parallax/v1/stream.pb.h"
 
 namespace parallax {
 
@@ -26,7 +27,8 @@ struct StatusSnapshot {
   std::vector<v1::WorkerStatus> workers;
   ServerMetrics server;
   JobQueueStats queue;
-  std::vector<RunningJob> running;  // Jobs that report figures.
+  std::vector<RunningJob> running;        // Jobs that report figures.
+  std::vector<v1::StreamStatus> streams;  // By name.
   FarmSpace space;
 };
 

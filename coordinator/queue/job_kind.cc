@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "parallax/v1/train.pb.h"
+
 namespace parallax {
 namespace {
 
@@ -22,6 +24,20 @@ bool IsKindName(std::string_view name) {
 }
 
 }  // namespace
+
+WorkNeeds JobKind::NeedsOf(std::string_view input) const {
+  v1::JobNeeds needs;
+  if (!traits_.of_scene || input.empty()) return {};
+  if (!needs.ParseFromArray(input.data(), static_cast<int>(input.size()))) return {};
+  return {.memory_mb = needs.memory_mb()};
+}
+
+std::string JobKind::WithMemory(std::string_view, int64_t memory_mb) const {
+  if (!traits_.of_scene) return "";
+  v1::JobNeeds needs;
+  needs.set_memory_mb(memory_mb);
+  return needs.SerializeAsString();
+}
 
 std::vector<WorkNeeds> JobKind::NeedsOfStudy(const v1::StudySpec&) const {
   if (traits_.of_scene) return {WorkNeeds()};

@@ -253,13 +253,12 @@ class JobKind {
   virtual absl::StatusOr<std::string> Spec(const LeasedJob& lease, ResultReader& results) const = 0;
   // Describes a job without a scene for people: "narrow, seed 1". By default: nothing.
   virtual std::string LabelOf(std::string_view /*input*/) const { return ""; }
-  // Returns the needs of a job with this input, beside those of the traits. By default: none.
-  virtual WorkNeeds NeedsOf(std::string_view /*input*/) const { return {}; }
+  // Returns the needs of a job with this input, beside those of the traits. By default: none, and
+  // of a job of a scene those that WithMemory has put into its input, which has nothing else.
+  virtual WorkNeeds NeedsOf(std::string_view input) const;
   // Returns the input of the same job with a need of this memory; empty if jobs of this kind have
-  // no needs of their own. By default: empty.
-  virtual std::string WithMemory(std::string_view /*input*/, int64_t /*memory_mb*/) const {
-    return "";
-  }
+  // no needs of their own. By default: empty, unless it is a job of a scene.
+  virtual std::string WithMemory(std::string_view input, int64_t memory_mb) const;
   // Returns the needs that jobs of this kind in a study will have, each once; empty if it has no
   // such jobs. By default: jobs of scenes, which need nothing of their own.
   virtual std::vector<WorkNeeds> NeedsOfStudy(const v1::StudySpec& study) const;

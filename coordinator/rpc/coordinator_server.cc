@@ -110,6 +110,10 @@ class CoordinatorServerImpl final : public CoordinatorServer {
     return metrics;
   }
 
+  absl::StatusOr<std::vector<v1::StreamStatus>> Streams() const override {
+    return streams_.Statuses();
+  }
+
   absl::Status CheckAnswers() const override {
     std::lock_guard lock(answers_mu_);
     if (!asked_ || SecondsBetween(*asked_, clock_.Steady()) >= kAskEvery_s) {
@@ -161,7 +165,7 @@ class CoordinatorServerImpl final : public CoordinatorServer {
   WaitReasons waits_;
   ArtifactsService artifacts_;
   CoordinatorService service_;
-  StreamsService streams_;
+  mutable StreamsService streams_;  // Its first look reads the database.
   SearchesService searches_;
   std::unique_ptr<RevokedCertificates> revoked_;  // Present where callers have certificates.
   std::unique_ptr<RpcServer> server_;

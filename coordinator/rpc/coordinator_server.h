@@ -22,6 +22,7 @@
 #include "coordinator/search/samplers.h"
 #include "coordinator/search/trial_scores.h"
 #include "parallax/v1/service.pb.h"
+#include "parallax/v1/stream.pb.h"
 
 namespace parallax {
 
@@ -112,6 +113,8 @@ class CoordinatorServer {
   // Return the workers that the server knows now, and the server's figures.
   virtual std::vector<v1::WorkerStatus> Workers() const = 0;
   virtual ServerMetrics Metrics() const = 0;
+  // Returns the streams that are not gone, by name. Errors: the database's.
+  virtual absl::StatusOr<std::vector<v1::StreamStatus>> Streams() const = 0;
   // Connects to its own addresses and waits for an answer, at most once a second: calls in between
   // get the same answer. Errors: kUnavailable that names the address that does not answer.
   virtual absl::Status CheckAnswers() const = 0;

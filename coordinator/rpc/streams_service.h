@@ -34,6 +34,8 @@ class StreamsService final : public v1::Streams::CallbackService {
 
   // Begins to keep the streams going.
   void Start();
+  // Returns all streams, by name. Errors: the database's.
+  absl::StatusOr<std::vector<v1::StreamStatus>> Statuses() { return keeper_.List(""); }
   // Ends all waiting calls and waits until no call is in progress. Idempotent.
   void Stop();
 

@@ -2,6 +2,7 @@
 
 #include <absl/strings/ascii.h>
 #include <absl/strings/strip.h>
+#include <fmt/core.h>
 
 #include <nlohmann/json.hpp>
 
@@ -35,6 +36,15 @@ Json ProblemJson(const v1::JobProblem& problem) {
           {"state", absl::AsciiStrToLower(problem.state())},
           {"scene", has_scene ? Json(problem.scene()) : Json(nullptr)},
           {"error", problem.error()}};
+}
+
+std::string WaitsFor(const v1::StreamStatus& stream) {
+  if (stream.closed()) return "the removal of its pairs";
+  if (!stream.needs().empty()) return stream.needs();
+  if (stream.chunks_made() < stream.chunks_begun()) {
+    return fmt::format("pairs of chunk {}", stream.chunks_made());
+  }
+  return stream.consumers().empty() ? "a consumer" : "its consumers";
 }
 
 }  // namespace
@@ -144,6 +154,29 @@ Json WorkerJson(const v1::WorkerStatus& worker) {
           {"last_heard_s", worker.last_heard_s()},
           {"version", worker.version()},
           {"drained_by", worker.drained_by()}};
+}
+
+Json StreamJson(const v1::StreamStatus& stream) {
+  Json consumers = Json::array();
+  for (const v1::StreamConsumer& consumer : stream.consumers()) {
+    consumers.push_back({{"name", consumer.name()},
+                         {"rank", consumer.rank()},
+                         {"ranks", consumer.ranks()},
+                         {"acknowledged", consumer.acknowledged()},
+                         {"heard_unix_s", consumer.heard_unix_s()}});
+  }
+  return {{"name", stream.name()},
+          {"user", stream.user()},
+          {"closed", stream.closed()},
+          {"opened_unix_s", stream.opened_unix_s()},
+          {"chunks_begun", stream.chunks_begun()},
+          {"chunks_made", stream.chunks_made()},
+          {"chunks_forgotten", stream.chunks_forgotten()},
+          {"pairs_kept", stream.pairs_kept()},
+          {"pairs_filtered_out", stream.pairs_filtered_out()},
+          {"needs", stream.needs()},
+          {"waits_for", WaitsFor(stream)},
+          {"consumers", std::move(consumers)}};
 }
 
 Json AuditEntryJson(const v1::AuditEntry& entry) {

@@ -11,6 +11,7 @@
 
 #include "coordinator/study/job_counts.h"
 #include "parallax/v1/service.pb.h"
+#include "parallax/v1/stream.pb.h"
 
 namespace parallax {
 
@@ -42,6 +43,8 @@ nlohmann::ordered_json WaitingJson(
     const google::protobuf::RepeatedPtrField<v1::WaitingJobs>& waiting);
 nlohmann::ordered_json UserJson(const v1::UserStatus& user);
 nlohmann::ordered_json WorkerJson(const v1::WorkerStatus& worker);
+// Returns the stream with its consumers, and in `waits_for` a phrase for what it waits for.
+nlohmann::ordered_json StreamJson(const v1::StreamStatus& stream);
 nlohmann::ordered_json AuditEntryJson(const v1::AuditEntry& entry);
 
 }  // namespace parallax

@@ -13,9 +13,9 @@ import subprocess
 import sys
 import tempfile
 
-PROTOS = ("rule", "biome", "room", "config", "jobs", "scene", "train", "study")
+PROTOS = ("rule", "biome", "room", "engine", "config", "jobs", "scene", "train", "study")
 # Headings of the page: title, message, path of its fields in a file.
-SECTIONS = (("Scenes", "SceneConfig", ""), ("Lands", "Biome", ""), ("Rooms", "RoomKind", ""), ("Streams", "StreamSpec", "stream"), ("Searches", "SearchSpec", "search"), ("Training", "TrainSpec", "train"), ("Evaluating", "EvaluateSpec", "evaluate"))
+SECTIONS = (("Scenes", "SceneConfig", ""), ("Lands", "Biome", ""), ("Rooms", "RoomKind", ""), ("Engines", "Engine", ""), ("Streams", "StreamSpec", "stream"), ("Searches", "SearchSpec", "search"), ("Training", "TrainSpec", "train"), ("Evaluating", "EvaluateSpec", "evaluate"))
 # The words of a study file that no message has as they are; the others have the comments of StudySpec and VariantSpec.
 OF_A_STUDY = {"study": "name", "rigs_per_scene": "", "seed": "", "priority": "", "tags": "", "memory_mb": ""}
 WORDS = {
@@ -51,7 +51,9 @@ ABOUT = {"Lands": "A file of a land has these fields: the built-in ones in `conf
                   "`middle_m`, `high_m`, `relief_m` (heights of the site), `beach_m` (how high a beach reaches above the "
                   "water), `gorge_m` (width of a gorge).",
          "Rooms": "A file of a kind of room has these fields: the built-in ones in `configs/rooms`, and yours, which "
-                  "[`room.room_files`](../recipes/rooms.md) names. `parallax config room FILE` checks it."}
+                  "[`room.room_files`](../recipes/rooms.md) names. `parallax config room FILE` checks it.",
+         "Engines": "A file of a batch system has these fields: the built-in ones in `configs/engines`, and yours, which "
+                    "[`parallax farm FILE`](../recipes/slurm.md#another-batch-system) names."}
 
 
 def load_files(proto_dir):
@@ -321,7 +323,8 @@ def write_json_schemas(schema, out):
         "train": message_schema(schema, ".parallax.v1.TrainSpec"),
         "evaluate": message_schema(schema, ".parallax.v1.EvaluateSpec")})}
     biome, room = {"$ref": "#/$defs/Biome"}, {"$ref": "#/$defs/RoomKind"}
-    for name, body, more in (("biome", biome, {}), ("room", room, {}), ("scene", scene, {}), ("study", study, {"Scene": scene})):
+    engine = message_schema(schema, ".parallax.v1.Engine")
+    for name, body, more in (("biome", biome, {}), ("room", room, {}), ("engine", engine, {}), ("scene", scene, {}), ("study", study, {"Scene": scene})):
         head["$defs"] |= more
         text = json.dumps({**head, "title": f"Parallax {name}", **body}, indent=1)
         (out / f"{name}.schema.json").write_text(text + "\n")

@@ -46,6 +46,10 @@ class SchemaTest(unittest.TestCase):
         self.assertEqual(len(files), 13)
         for path in files:
             jsonschema.validate(load(path), schema("room"))
+        files = sorted((SOURCE / "configs/engines").glob("*.yaml"))
+        self.assertEqual(len(files), 3)
+        for path in files:
+            jsonschema.validate(load(path), schema("engine"))
         files = sorted((SOURCE / "configs/studies").glob("*.yaml"))
         self.assertGreaterEqual(len(files), 7)
         for path in files:

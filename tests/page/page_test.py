@@ -194,6 +194,18 @@ def limits_are_shown_and_set(page, farm, shots):
     shot(page, shots, "users")
 
 
+def a_stream_shows_what_it_waits_for(page, farm, shots):
+    path = f"{farm.folder}/drive.yaml"
+    with open(path, "w") as file:
+        file.write("study: drive\npairs: endless\nseed: 9\nrigs_per_scene: 2\nstream: {chunk_pairs: 4}\nvariants: [{name: rooms, base: indoor}]\n")
+    farm.client("stream", path, *SMALL)
+    page.value("location.hash = '#/'")
+    page.wait("document.querySelector('#streams')?.closest('section').innerText.includes('pairs of chunk 0')")
+    farm.client("pause", "drive-0")
+    page.wait("document.querySelector('#streams')?.closest('section').querySelector('.warn')?.textContent.includes('parallax resume')")
+    shot(page, shots, "streams")
+
+
 def all_jobs_are_reached_by_keyboard(page, shots):
     page.value("location.hash = '#/study/2/jobs?state=READY'")
     page.wait("document.querySelectorAll('.joblist tbody tr').length === 300")
@@ -272,6 +284,7 @@ def main():
             farm.submit("large", "", 400)
             pause_and_resume(page, farm, programs.shots)
             limits_are_shown_and_set(page, farm, programs.shots)
+            a_stream_shows_what_it_waits_for(page, farm, programs.shots)
             all_jobs_are_reached_by_keyboard(page, programs.shots)
             every_view_fits_and_is_reached_by_keyboard(page)
             assert not page.complaints(), page.complaints()

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "common/base/shell_word.h"
 #include "common/base/system/file.h"
 #include "common/base/version.h"
 
@@ -59,7 +60,7 @@ absl::StatusOr<std::string> FindProgram(const std::string& name) {
 std::string HowToAddProgram(const Installation& installation, const std::string& name) {
   const fs::path root = fs::path(installation.programs).parent_path();
   if (installation.as == InstalledAs::kBuild) {
-    return fmt::format("build it: cmake --build {} --target {}", root.string(), name);
+    return fmt::format("build it: cmake --build {} --target {}", ShellWord(root.string()), name);
   }
   if (name != "trainer") return "install Parallax again";
   switch (installation.as) {
@@ -74,7 +75,7 @@ std::string HowToAddProgram(const Installation& installation, const std::string&
       return fmt::format(
           "unpack its tarball: tar -xf parallax-trainer-{}-linux-x86_64.tar.xz -C {} "
           "--strip-components=1",
-          kProgramVersion, root.string());
+          kProgramVersion, ShellWord(root.string()));
   }
 }
 

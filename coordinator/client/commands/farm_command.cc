@@ -1,14 +1,17 @@
-// farm slurm: workers that come and go with the work, as a batch system gives them.
+// farm: workers that come and go with the work, as a batch system gives them.
 #include "coordinator/client/commands/farm_command.h"
 
-#include <fmt/core.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "common/base/status.h"
+#include "common/config/files/engine_files.h"
+#include "coordinator/client/farm/engine.h"
 #include "coordinator/client/farm/keeper.h"
-#include "coordinator/client/farm/slurm.h"
 #include "coordinator/client/interrupt.h"
 #include "coordinator/client/views/text.h"
 
@@ -19,20 +22,51 @@ struct FarmOptions {
   FarmLimits limits{.max = 0};
   double interval_s = 30;
   int idle_s = 300;
+  std::string engine;
   std::string script;
   std::string worker_tls;
   std::string job_name = "parallax";
-  std::vector<std::string> sbatch;
+  std::vector<std::string> submit;
   std::vector<std::string> worker_arguments;
+  // What pilots get, by the placeholder of engine.proto; empty: as the script says.
+  std::map<std::string, std::string> resources;
   bool dry_run = false;
   bool until_done = false;
   std::string at_end = "leave";
 };
 
-absl::StatusOr<SlurmOptions> SlurmOptionsOf(const FarmOptions& options, const Session& session) {
+// Shortens what a signal leaves, so that the worker has ended before it is killed.
+std::string GraceOf(int seconds) {
+  return seconds == 0 ? "" : std::to_string(seconds - std::clamp(seconds / 3, 1, 30));
+}
+
+absl::Status SetResources(const FarmOptions& options, const v1::Engine& engine,
+                          std::map<std::string, std::string>& values) {
+  const v1::EngineSubmit& submit = engine.submit();
+  const std::pair<std::string, int> words[] = {{"cores", submit.cores_size()},
+                                               {"memory_mb", submit.memory_size()},
+                                               {"wall_minutes", submit.wall_time_size()},
+                                               {"log", submit.log_size()}};
+  for (const auto& [name, count] : words) {
+    const std::string& given = options.resources.at(name);
+    if (given.empty()) continue;
+    std::string option = name;
+    std::replace(option.begin(), option.end(), '_', '-');
+    if (count == 0) {
+      return InvalidArgument("--{}: engine {} has no words for it", option, engine.name());
+    }
+    values[name] = given;
+    if (name == "wall_minutes") values["wall_s"] = std::to_string(60 * std::stoll(given));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<PilotOptions> PilotOptionsOf(const FarmOptions& options, const v1::Engine& engine,
+                                            const Session& session) {
   if (!std::filesystem::is_regular_file(options.script)) {
     return InvalidArgument(
-        "--script: there is no file {}; deploy/slurm/workers.sbatch is the one to start from",
+        "--script: there is no file {}; deploy/slurm/workers.sbatch and, for others, "
+        "deploy/batch/workers.sh are the ones to start from",
         options.script);
   }
   if (options.limits.min > options.limits.max) {
@@ -44,21 +78,31 @@ absl::StatusOr<SlurmOptions> SlurmOptionsOf(const FarmOptions& options, const Se
         "--worker-tls: workers need a certificate of their own (`coordinator init DIR --issue "
         "worker pool` makes DIR/worker-pool)");
   }
-  SlurmOptions slurm{.job_name = options.job_name,
-                     .script = options.script,
-                     .sbatch_options = options.sbatch,
-                     .worker_arguments = options.worker_arguments};
-  slurm.environment = {"PARALLAX_COORDINATOR=" + session.options.coordinator,
-                       "PARALLAX_TLS=" + options.worker_tls,
-                       fmt::format("PARALLAX_IDLE={}", options.idle_s)};
-  if (options.limits.slots_per_pilot > 1) {
-    slurm.worker_arguments.insert(slurm.worker_arguments.begin(),
-                                  {"--slots", std::to_string(options.limits.slots_per_pilot)});
+  const int longest = engine.list().name_length();
+  if (longest > 0 && std::ssize(options.job_name) > longest) {
+    return InvalidArgument("--name {} is longer than the {} characters that {} shows",
+                           options.job_name, longest, engine.list().command(0));
   }
-  return slurm;
+  PilotOptions pilots{.job_name = options.job_name,
+                      .script = options.script,
+                      .submit_options = options.submit,
+                      .worker_arguments = options.worker_arguments};
+  if (options.limits.slots_per_pilot > 1) {
+    pilots.worker_arguments.insert(pilots.worker_arguments.begin(),
+                                   {"--slots", std::to_string(options.limits.slots_per_pilot)});
+  }
+  pilots.values = {{"engine", engine.name()},
+                   {"coordinator", session.options.coordinator},
+                   {"tls", options.worker_tls},
+                   {"idle_s", std::to_string(options.idle_s)},
+                   {"arguments", fmt::format("{}", fmt::join(pilots.worker_arguments, " "))},
+                   {"grace_s", GraceOf(engine.signals().term_s())},
+                   {"long_grace_s", GraceOf(engine.signals().usr1_s())}};
+  RETURN_IF_ERROR(SetResources(options, engine, pilots.values));
+  return pilots;
 }
 
-KeeperWorld WorldOf(Connection& connection, const Slurm& slurm, Clock& clock) {
+KeeperWorld WorldOf(Connection& connection, const BatchEngine& engine, Clock& clock) {
   KeeperWorld world;
   world.clock = &clock;
   world.studies = [&connection]() -> absl::StatusOr<std::vector<v1::StudyStatus>> {
@@ -70,9 +114,9 @@ KeeperWorld WorldOf(Connection& connection, const Slurm& slurm, Clock& clock) {
     ASSIGN_OR_RETURN(const v1::ListWorkersReply reply, connection.ListWorkers());
     return std::vector<v1::WorkerStatus>(reply.workers().begin(), reply.workers().end());
   };
-  world.pilots = [&slurm] { return slurm.Pilots(); };
-  world.submit = [&slurm](int pilots) { return slurm.Submit(pilots); };
-  world.cancel = [&slurm](const std::vector<std::string>& ids) { return slurm.Cancel(ids); };
+  world.pilots = [&engine] { return engine.Pilots(); };
+  world.submit = [&engine](int pilots) { return engine.Submit(pilots); };
+  world.cancel = [&engine](const std::vector<std::string>& ids) { return engine.Cancel(ids); };
   return world;
 }
 
@@ -100,16 +144,16 @@ void Tell(const KeeperStep& step, Session& session) {
 }
 
 // Ends with the pilots that are left, as the person wanted.
-absl::StatusOr<ExitCode> LeaveFarm(const FarmOptions& options, const Slurm& slurm,
+absl::StatusOr<ExitCode> LeaveFarm(const FarmOptions& options, const BatchEngine& engine,
                                    Session& session) {
-  ASSIGN_OR_RETURN(const std::vector<Pilot> pilots, slurm.Pilots());
+  ASSIGN_OR_RETURN(const std::vector<Pilot> pilots, engine.Pilots());
   std::vector<std::string> ids;
   for (const Pilot& pilot : pilots) {
     if (pilot.state != Pilot::State::kEnding) ids.push_back(pilot.id);
   }
   const std::string left = Plural(static_cast<int64_t>(ids.size()), "pilot");
   if (options.at_end == "cancel") {
-    RETURN_IF_ERROR(slurm.Cancel(ids));
+    RETURN_IF_ERROR(engine.Cancel(ids));
     session.PrintNote("interrupted; cancelled " + left);
   } else {
     session.PrintNote("interrupted; " + left + " left, which end after " +
@@ -119,18 +163,22 @@ absl::StatusOr<ExitCode> LeaveFarm(const FarmOptions& options, const Slurm& slur
 }
 
 absl::StatusOr<ExitCode> KeepFarm(const FarmOptions& options, Session& session) {
-  ASSIGN_OR_RETURN(SlurmOptions slurm_options, SlurmOptionsOf(options, session));
-  const Slurm slurm(std::move(slurm_options));
+  ASSIGN_OR_RETURN(const v1::Engine file, LoadEngine(options.engine));
+  ASSIGN_OR_RETURN(PilotOptions pilots, PilotOptionsOf(options, file, session));
+  const BatchEngine engine(file, std::move(pilots));
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
-  FarmKeeper keeper({.limits = options.limits, .interval_s = options.interval_s},
-                    WorldOf(*connection, slurm, *session.environment.clock));
-  // The first look's errors are the user's: a wrong address, no Slurm here.
+  FarmKeeper keeper({.limits = options.limits,
+                     .worker_prefix = file.name() + "-",
+                     .arrays = file.submit().array(),
+                     .interval_s = options.interval_s},
+                    WorldOf(*connection, engine, *session.environment.clock));
+  // The first look's errors are the user's: a wrong address, no batch system here.
   absl::StatusOr<KeeperStep> step = keeper.Look(options.dry_run);
   if (!step.ok()) return step.status();
   Tell(*step, session);
   if (options.dry_run) {
     if (step->decision.submit > 0 && !session.options.json) {
-      *session.out().stream << slurm.SubmitCommand(step->decision.submit) << "\n";
+      *session.out().stream << engine.SubmitCommand(step->decision.submit) << "\n";
     }
     return kExitOk;
   }
@@ -140,12 +188,12 @@ absl::StatusOr<ExitCode> KeepFarm(const FarmOptions& options, Session& session) 
   bool paused = false;
   while (!(options.until_done && worked && step.ok() && step->finished())) {
     if (interrupts.WaitFor(std::chrono::duration<double>(options.interval_s))) {
-      return LeaveFarm(options, slurm, session);
+      return LeaveFarm(options, engine, session);
     }
     step = keeper.Look();
     if (!step.ok()) {
-      // A restarting coordinator or a busy Slurm does not end the farm. The same error is reported
-      // once.
+      // A restarting coordinator or a busy batch system does not end the farm. The same error is
+      // reported once.
       const std::string error = FirstLine(ToStd(step.status().message()));
       if (error != told) session.PrintNote(error + "; tries again");
       told = error;
@@ -162,6 +210,11 @@ absl::StatusOr<ExitCode> KeepFarm(const FarmOptions& options, Session& session) 
 }
 
 void AddFarmOptions(CLI::App* command, FarmOptions& options) {
+  command
+      ->add_option("ENGINE,--engine", options.engine,
+                   "slurm, pbs, lsf, or the file of another batch system")
+      ->type_name("NAME|FILE")
+      ->required();
   command->add_option("--max", options.limits.max, "Largest number of pilots")
       ->type_name("N")
       ->required()
@@ -172,7 +225,7 @@ void AddFarmOptions(CLI::App* command, FarmOptions& options) {
       ->type_name("N")
       ->check(CLI::Range(0, 100000));
   command->add_option("--script", options.script, "The batch script of a pilot")
-      ->type_name("SBATCH")
+      ->type_name("FILE")
       ->required();
   command
       ->add_option("--slots", options.limits.slots_per_pilot,
@@ -193,11 +246,28 @@ void AddFarmOptions(CLI::App* command, FarmOptions& options) {
                    "Name of the jobs, by which they are found again (default parallax)")
       ->type_name("NAME");
   command
-      ->add_option("--sbatch", options.sbatch,
-                   "An option for sbatch, as --sbatch=--partition=short; "
+      ->add_option("--sbatch,--submit", options.submit,
+                   "An option for sbatch, qsub..., as --sbatch=--partition=short; "
                    "may be repeated")
       ->type_name("OPTION")
       ->allow_extra_args(false);
+  const struct {
+    const char *name, *value, *type, *help;
+    int most;
+  } resources[] = {
+      {"--cores", "cores", "N", "Cores of a pilot", 4096},
+      {"--memory-mb", "memory_mb", "MB", "Memory of a pilot", 1 << 24},
+      {"--wall-minutes", "wall_minutes", "MINUTES", "Longest time of a pilot", 1 << 20}};
+  constexpr char kDefault[] = " (default: as the script says)";
+  for (const auto& one : resources) {
+    command->add_option(one.name, options.resources[one.value], std::string(one.help) + kDefault)
+        ->type_name(one.type)
+        ->check(CLI::Range(1, one.most));
+  }
+  command
+      ->add_option("--log", options.resources["log"],
+                   std::string("File of a pilot's output") + kDefault)
+      ->type_name("FILE");
   command->add_flag("--dry-run", options.dry_run, "Look once, say what would be done, do nothing");
   command->add_flag("--until-done", options.until_done,
                     "End when there was work and neither work nor pilots are left");
@@ -213,25 +283,23 @@ void AddFarmOptions(CLI::App* command, FarmOptions& options) {
 }  // namespace
 
 void RegisterFarm(Registry& registry) {
-  CLI::App* farm = registry.AddCommand(registry.app, "farm", "Keep workers in step with the work");
-  farm->require_subcommand(1);
-  farm->group(kCoordinatorCommands);
   auto options = std::make_shared<FarmOptions>();
-  CLI::App* slurm = registry.AddCommand(
-      *farm, "slurm", "Keep a Slurm array of workers in step with the queue, from none to --max",
-      "Pilots (array tasks that run a worker) are submitted while jobs wait, also in place of "
-      "those\n"
-      "that Slurm killed; those that still wait are cancelled when there is less to do; those "
-      "that\n"
-      "run end by themselves when they are idle. Ctrl-C ends the keeper.\n"
+  CLI::App* farm = registry.AddCommand(
+      registry.app, "farm", "Keep workers of a batch system in step with the work",
+      "Pilots (jobs of the batch system that run a worker) are submitted while jobs wait, also in\n"
+      "place of those that were killed; those that still wait are cancelled when there is less to\n"
+      "do; those that run end by themselves when they are idle. Ctrl-C ends the keeper.\n"
       "\n"
       "Examples:\n"
       "  parallax farm slurm --max 40 --script deploy/slurm/workers.sbatch --dry-run\n"
       "  parallax farm slurm --max 40 --script workers.sbatch --sbatch=--partition=short\n"
-      "  parallax farm slurm --min 2 --max 200 --script workers.sbatch --at-end cancel\n");
-  AddFarmOptions(slurm, *options);
-  registry.AddConnectionOptions(slurm);
-  registry.SetAction(slurm, [options](Session& session) { return KeepFarm(*options, session); });
+      "  parallax farm slurm --min 2 --max 200 --script workers.sbatch --at-end cancel\n"
+      "  parallax farm pbs --max 40 --script deploy/batch/workers.sh --cores 16 --memory-mb 32000\n"
+      "  parallax farm --engine my-cluster.yaml --max 40 --script workers.sh\n");
+  farm->group(kCoordinatorCommands);
+  AddFarmOptions(farm, *options);
+  registry.AddConnectionOptions(farm);
+  registry.SetAction(farm, [options](Session& session) { return KeepFarm(*options, session); });
 }
 
 }  // namespace parallax::client

@@ -1,4 +1,4 @@
-// The command `farm slurm`: keeps workers for a coordinator on a Slurm cluster.
+// The command `farm`: keeps workers for a coordinator in a batch system.
 #pragma once
 
 #include "coordinator/client/command.h"

@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "common/base/shell_word.h"
 #include "common/base/system/cores.h"
 #include "common/config/camera_text.h"
 #include "coordinator/client/command.h"
@@ -240,7 +241,7 @@ absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
     return InvalidArgument(
         "--yes: study '{}' is {} and is not submitted; `parallax {} {}` begins it", study.name(),
         study.has_stream() ? "endless" : "a search", study.has_stream() ? "stream" : "search",
-        options.study.study);
+        ShellWord(options.study.study));
   }
   if (stream.has_stream()) {
     study = ChunkStudy(stream, 0);

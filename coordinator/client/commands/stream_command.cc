@@ -18,6 +18,7 @@
 #include "coordinator/client/views/study_view.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
+#include "coordinator/view/status_view.h"
 #include "worker/dataset/export/stream_sample.h"
 
 namespace parallax::client {
@@ -33,28 +34,6 @@ struct StreamOptions {
   int rank = 0, ranks = 1;
   int64_t most = 0;
 };
-
-nlohmann::ordered_json StreamJson(const v1::StreamStatus& stream) {
-  nlohmann::ordered_json consumers = nlohmann::ordered_json::array();
-  for (const v1::StreamConsumer& consumer : stream.consumers()) {
-    consumers.push_back({{"name", consumer.name()},
-                         {"rank", consumer.rank()},
-                         {"ranks", consumer.ranks()},
-                         {"acknowledged", consumer.acknowledged()},
-                         {"heard_unix_s", consumer.heard_unix_s()}});
-  }
-  return {{"name", stream.name()},
-          {"user", stream.user()},
-          {"closed", stream.closed()},
-          {"opened_unix_s", stream.opened_unix_s()},
-          {"chunks_begun", stream.chunks_begun()},
-          {"chunks_made", stream.chunks_made()},
-          {"chunks_forgotten", stream.chunks_forgotten()},
-          {"pairs_kept", stream.pairs_kept()},
-          {"pairs_filtered_out", stream.pairs_filtered_out()},
-          {"needs", stream.needs()},
-          {"consumers", std::move(consumers)}};
-}
 
 void PrintStreams(const v1::ListStreamsReply& reply, const Session& session) {
   if (session.options.json) {

@@ -1,6 +1,7 @@
 // workers: who works for a coordinator, and who is not to take more.
 #include <nlohmann/json.hpp>
 
+#include "common/base/shell_word.h"
 #include "coordinator/client/command.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
@@ -40,8 +41,8 @@ absl::StatusOr<ExitCode> Workers(Session& session) {
     return kExitOk;
   }
   if (reply.workers_size() == 0) {
-    *session.out().stream << "no workers: `worker --coordinator " << connection->address()
-                          << "` on any machine adds one\n";
+    *session.out().stream << "no workers: `worker --coordinator "
+                          << ShellWord(connection->address()) << "` on any machine adds one\n";
     PrintDrains(reply, session);
     return kExitOk;
   }

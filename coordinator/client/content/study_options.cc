@@ -8,6 +8,7 @@
 
 #include "common/base/hash.h"
 #include "common/base/names.h"
+#include "common/base/shell_word.h"
 #include "common/base/system/log.h"
 #include "common/base/version.h"
 #include "common/config/check/limits.h"
@@ -117,7 +118,7 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
     return InvalidArgument(
         "study '{}' is endless: `parallax stream {}` begins it for trainings that take its pairs; "
         "--pairs N makes N pairs of each variant here",
-        study.name(), options.study);
+        study.name(), ShellWord(options.study));
   }
   if (study.has_search() && !options.takes_search) {
     return InvalidArgument(

@@ -31,7 +31,8 @@ std::string KeeperStep::Line() const {
   }
   if (decision.submit > 0) {
     return fmt::format("{}{}{}{}", line, array.empty() ? "would submit " : "submitted ",
-                       decision.submit, array.empty() ? "" : " as array " + array);
+                       decision.submit,
+                       array.empty() ? "" : (is_array ? " as array " : " as ") + array);
   }
   if (decision.cancel.empty()) return line + "nothing to do";
   return fmt::format("{}cancels {} that still wait", line, decision.cancel.size());
@@ -41,7 +42,7 @@ void FarmKeeper::Remember(const std::vector<v1::WorkerStatus>& workers) {
   for (const v1::WorkerStatus& worker : workers) {
     const bool connected = worker.state() == "idle" || worker.state() == "busy" ||
                            worker.state() == "draining" || worker.state() == "drained";
-    if (connected && worker.name().starts_with(kSlurmWorkerPrefix)) fruitless_ = 0;
+    if (connected && worker.name().starts_with(options_.worker_prefix)) fruitless_ = 0;
   }
 }
 
@@ -51,13 +52,13 @@ absl::StatusOr<FarmView> FarmKeeper::See() {
   ASSIGN_OR_RETURN(const auto workers, world_.workers());
   ASSIGN_OR_RETURN(view.pilots, world_.pilots());
   view.demand = DemandOf(studies);
-  view.other_slots = OtherSlots(workers, kSlurmWorkerPrefix);
+  view.other_slots = OtherSlots(workers, options_.worker_prefix);
   Remember(workers);
   return view;
 }
 
 absl::StatusOr<KeeperStep> FarmKeeper::Look(bool dry) {
-  KeeperStep step;
+  KeeperStep step{.is_array = options_.arrays};
   ASSIGN_OR_RETURN(step.view, See());
   step.decision = Decide(step.view, options_.limits);
   if (dry) return step;

@@ -11,12 +11,11 @@
 
 namespace parallax::client {
 
-// Prefix of the names of pilots' workers (deploy/slurm/workers.sbatch).
-inline constexpr char kSlurmWorkerPrefix[] = "slurm-";
-
 struct KeeperOptions {
   FarmLimits limits;
-  double interval_s = 30;  // Between two looks; longer if pilots don't become workers.
+  std::string worker_prefix;  // Prefix of the names of pilots' workers: "slurm-".
+  bool arrays = true;         // Pilots are submitted as arrays.
+  double interval_s = 30;     // Between two looks; longer if pilots don't become workers.
 };
 
 // The outside of a keeper: its coordinator, batch system and clock. Tests pass their own.
@@ -24,7 +23,7 @@ struct KeeperWorld {
   std::function<absl::StatusOr<std::vector<v1::StudyStatus>>()> studies;
   std::function<absl::StatusOr<std::vector<v1::WorkerStatus>>()> workers;
   std::function<absl::StatusOr<std::vector<Pilot>>()> pilots;
-  std::function<absl::StatusOr<std::string>(int)> submit;  // The array's id.
+  std::function<absl::StatusOr<std::string>(int)> submit;  // The array's id, or all ids.
   std::function<absl::Status(const std::vector<std::string>&)> cancel;
   Clock* clock = nullptr;
 };
@@ -33,7 +32,8 @@ struct KeeperWorld {
 struct KeeperStep {
   FarmView view;
   FarmDecision decision;
-  std::string array;  // Id of the submitted array; empty: none.
+  std::string array;  // Id of the submitted array, or ids of the submitted jobs; empty: none.
+  bool is_array = true;
   // Seconds until pilots may be submitted again; the decision's `submit` waits for so long.
   double paused_s = 0;
   bool finished() const;  // No work and no pilot is left.

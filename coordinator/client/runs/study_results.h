@@ -17,8 +17,8 @@
 
 #include "common/base/status.h"
 #include "coordinator/client/connection.h"
-#include "coordinator/client/scores/result_label.h"
 #include "coordinator/client/runs/store_reader.h"
+#include "coordinator/client/scores/result_label.h"
 #include "parallax/v1/study.pb.h"
 #include "worker/evaluate/scores.h"
 

@@ -24,7 +24,11 @@ FailureVerdict JudgeAppFailure(const RetryPolicy& policy, const FailureHistory& 
 
 bool SaysOutOfMemory(std::string_view fingerprint) {
   const auto says = [&](const char* words) { return fingerprint.find(words) != fingerprint.npos; };
-  return (says("out of memory") || says("memory is exhausted")) && !says("CUDA") && !says("GPU");
+  // The second line: renderer and layout (worker/render, CheckMemory).
+  const bool memory = says("out of memory") || says("memory is exhausted") ||
+                      says("not fit in memory") || says("not enough memory") ||
+                      says("MB in use; the limit is") || says("structure needs more than");
+  return memory && !says("CUDA") && !says("GPU");
 }
 
 int64_t MoreMemory(int64_t had_mb, int64_t largest_mb) {

@@ -18,8 +18,8 @@ namespace parallax {
 // `keep_epoch`, returns the last epoch, for fault tests.
 absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s, bool keep_epoch);
 
-// Commits which workers have leases and are unheard since this start, beside those that are so since
-// an earlier one.
+// Commits which workers have leases and are unheard since this start, beside those that are so
+// since an earlier one.
 absl::Status NoteUnheard(SqliteConnection& db, double now_unix_s);
 
 // Commits the facts that the schema needs of each kind. Errors: kFailedPrecondition if the database

@@ -36,18 +36,19 @@ absl::Status ReadyBoard::Load(SqliteConnection& db, const KindRegistry& kinds) {
   const std::lock_guard lock(mutex_);
   jobs_.clear();
   for (const CountedKind& one : counted) {
-    if (one.kind->traits().of_scene) {
-      jobs_[ReadyKeyOf(one.study, one.needs, *one.kind, {})] += one.jobs;
-      continue;
-    }
+    // Jobs of scenes are many, and few have needs of their own.
+    const ReadyKey usual = ReadyKeyOf(one.study, one.needs, *one.kind, {});
+    int64_t left = one.jobs;
     SqliteQuery query(db,
                       "SELECT input FROM jobs"
-                      " WHERE study_id = ?1 AND kind = ?2 AND state = 'READY'",
+                      " WHERE study_id = ?1 AND kind = ?2 AND state = 'READY' AND input <> x''",
                       one.study, one.kind->name());
     while (query.Next()) {
       ++jobs_[ReadyKeyOf(one.study, one.needs, *one.kind, one.kind->NeedsOf(query.Blob(0)))];
+      --left;
     }
     RETURN_IF_ERROR(query.status());
+    if (left > 0) jobs_[usual] += left;
   }
   return absl::OkStatus();
 }

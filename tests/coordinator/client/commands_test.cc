@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "common/base/system/cores.h"
+#include "common/config/config.h"
 #include "common/image/io.h"
 #include "tests/coordinator/client/command_test.h"
 #include "worker/assets/asset.h"
@@ -361,6 +362,18 @@ TEST_F(CommandTest, RunWithoutAWorkerProgramSaysWhereItLooked) {
   EXPECT_EQ(outcome.exit_code, kExitUsage);
   EXPECT_THAT(outcome.err, HasSubstr(dir_ + "/gone"));
   EXPECT_FALSE(fs::exists(dir_ + "/out"));
+}
+
+// ---- Remedies
+
+TEST_F(CommandTest, CommandsInMessagesHaveFilesWithSpacesInQuotes) {
+  const std::string file = WriteText("my drive.yaml", *BuiltinConfigText("studies/endless.yaml"));
+  const Outcome submit = Run({"submit", file});
+  EXPECT_EQ(submit.exit_code, kExitUsage);
+  EXPECT_THAT(submit.err, HasSubstr("`parallax stream '" + file + "'` begins it"));
+  EXPECT_THAT(Run({"plan", file, "--yes"}).err, HasSubstr("`parallax stream '" + file + "'`"));
+  EXPECT_THAT(RunCommand({"status", "--coordinator", "unix:" + dir_ + "/no one"}).err,
+              HasSubstr("--listen 'unix:" + dir_ + "/no one'`"));
 }
 
 }  // namespace

@@ -12,10 +12,11 @@
 #include <thread>
 
 #include "common/base/status.h"
+#include "common/config/files/engine_files.h"
 #include "coordinator/client/exit_code.h"
+#include "coordinator/client/farm/engine.h"
 #include "coordinator/client/farm/farm_policy.h"
 #include "coordinator/client/farm/keeper.h"
-#include "coordinator/client/farm/slurm.h"
 #include "tests/coordinator/client/canned_coordinator.h"
 #include "tests/folder_test.h"
 #include "tests/job_messages.h"
@@ -123,7 +124,9 @@ TEST(FarmPolicy, PilotsThatComeToNothingArePausedFor) {
 }
 
 TEST(FarmSlurm, ReadsSqueueAndRefusesWhatItDoesNotKnow) {
+  const v1::Engine slurm = *LoadEngine("slurm");
   const auto pilots = ParsePilots(
+      slurm, "parallax",
       "5_1|RUNNING\n5_2|PENDING\n6_1|COMPLETING\n6_2|SUSPENDED\n7|NODE_FAIL\n8|REQUEUED\n");
   ASSERT_TRUE(pilots.ok()) << pilots.status();
   using State = Pilot::State;
@@ -132,7 +135,44 @@ TEST(FarmSlurm, ReadsSqueueAndRefusesWhatItDoesNotKnow) {
   ASSERT_EQ(pilots->size(), 6u);
   for (size_t i = 0; i < 6; ++i) EXPECT_EQ((*pilots)[i].state, states[i]) << (*pilots)[i].id;
   EXPECT_EQ((*pilots)[0].id, "5_1");
-  EXPECT_FALSE(ParsePilots("slurm_load_jobs error: Unable to contact slurm controller\n").ok());
+  EXPECT_FALSE(
+      ParsePilots(slurm, "parallax", "slurm_load_jobs error: Unable to contact slurm controller\n")
+          .ok());
+}
+
+TEST(FarmEngines, ListsOfPbsAndLsfAreReadAndUnknownLinesRefused) {
+  const v1::Engine pbs = *LoadEngine("pbs"), lsf = *LoadEngine("lsf");
+  const auto queued =
+      ParsePilots(pbs, "my-farm",
+                  "\nhead: \n"
+                  "                                                   Req'd  Req'd   Elap\n"
+                  "Job ID          Username Queue Jobname  SessID NDS TSK Memory Time  S Time\n"
+                  "--------------- -------- ----- -------- ------ --- --- ------ ----- - -----\n"
+                  "110.head        ada      workq my-farm      --   1  16   32gb 24:00 Q   -- \n"
+                  "9.head          ada      workq my-farm    4321   1  16   32gb 24:00 R 00:01\n"
+                  "11.head         ada      workq myfarm     4322   1  16   32gb 24:00 R 00:01\n"
+                  "12.head         ada      workq my-farm    4323   1  16   32gb 24:00 E 23:59\n");
+  ASSERT_TRUE(queued.ok()) << queued.status();
+  ASSERT_EQ(queued->size(), 3u) << "another name is another farm's";
+  EXPECT_EQ((*queued)[0].id, "9.head") << "in the order of submission";
+  EXPECT_EQ((*queued)[0].state, Pilot::State::kRunning);
+  EXPECT_EQ((*queued)[1].state, Pilot::State::kEnding);
+  EXPECT_EQ((*queued)[2].id, "110.head");
+  EXPECT_EQ((*queued)[2].state, Pilot::State::kPending);
+  const auto tasks = ParsePilots(lsf, "parallax", "7|10|PEND\n7|9|RUN\n6|1|UNKWN\n");
+  ASSERT_TRUE(tasks.ok()) << tasks.status();
+  ASSERT_EQ(tasks->size(), 3u);
+  EXPECT_EQ((*tasks)[0].state, Pilot::State::kEnding);
+  EXPECT_EQ((*tasks)[1].id, "7[9]");
+  EXPECT_EQ((*tasks)[2].id, "7[10]");
+  const auto refused = ParsePilots(pbs, "my-farm", "qstat: cannot connect to server\n");
+  EXPECT_THAT(std::string(refused.status().message()),
+              HasSubstr("qstat: expected a line that fits list.pilot of engine pbs, got"));
+  v1::Engine strict = lsf;
+  strict.mutable_list()->mutable_states()->DeleteSubrange(2, 1);
+  const auto state = ParsePilots(strict, "parallax", "7|1|ZOMBI\n");
+  EXPECT_THAT(std::string(state.status().message()),
+              HasSubstr("state ZOMBI fits no row of list.states of engine lsf"));
 }
 
 // ---- The keeper
@@ -175,7 +215,8 @@ struct World {
       cancelled.insert(cancelled.end(), ids.begin(), ids.end());
       return absl::OkStatus();
     };
-    return FarmKeeper({.limits = {.max = 4}, .interval_s = 30}, std::move(world));
+    return FarmKeeper({.limits = {.max = 4}, .worker_prefix = "slurm-", .interval_s = 30},
+                      std::move(world));
   }
 };
 
@@ -281,6 +322,12 @@ class FarmCommandTest : public FolderTest {
     text << std::ifstream(dir_ + "/" + name).rdbuf();
     return text.str();
   }
+  // Sends SIGTERM at the second look; the first comes before the command listens to signals.
+  void StopAtSecondLook() {
+    coordinator_.on_list_workers = [looks = 0]() mutable {
+      if (++looks == 2) kill(getpid(), SIGTERM);
+    };
+  }
   ChangingCoordinator coordinator_;
   std::string path_before_, script_;
 };
@@ -322,12 +369,7 @@ TEST_F(FarmCommandTest, SubmitsPilotsAndEndsWhenTheWorkIsDone) {
 TEST_F(FarmCommandTest, CtrlCLeavesOrCancelsPilotsAsTold) {
   for (const std::string at_end : {"leave", "cancel"}) {
     WriteText("queue", "17_1|RUNNING\n17_2|PENDING\n17_3|COMPLETING\n");
-    // The first look comes before the command listens to signals.
-    bool first = true;
-    coordinator_.on_list_workers = [&first] {
-      if (!first) kill(getpid(), SIGTERM);
-      first = false;
-    };
+    StopAtSecondLook();
     const Outcome outcome = Run({"farm", "slurm", "--max", "2", "--script", script_, "--interval",
                                  "1", "--at-end", at_end});
     EXPECT_EQ(outcome.exit_code, kExitInterrupted) << outcome.err;
@@ -339,6 +381,98 @@ TEST_F(FarmCommandTest, CtrlCLeavesOrCancelsPilotsAsTold) {
       EXPECT_EQ(Read("scancel.log"), "17_1 17_2\n");
     }
   }
+}
+
+TEST_F(FarmCommandTest, PbsSubmitsListsAndCancelsAsItsFileSays) {
+  WriteText("queue",
+            "7.head  ada  workq  parallax  4321  1  16  32gb 24:00 R 00:01\n"
+            "8.head  ada  workq  another   4322  1  16  32gb 24:00 R 00:01\n");
+  Program("qstat",
+          "[ \"$1 $2 $3\" = \"-w -u $(id -un)\" ] || { echo \"qstat: $*\"; exit 2; }; cat " + dir_ +
+              "/queue");
+  Program("qsub", "echo \"$@\" >> " + dir_ + "/qsub.log; env | grep ^PARALLAX_ | sort > " + dir_ +
+                      "/env.log; n=$((8 + $(wc -l < " + dir_ + "/qsub.log))); echo \"$n.head\"; " +
+                      "echo \"$n.head ada workq parallax -- 1 16 32gb 24:00 Q --\" >> " + dir_ +
+                      "/queue");
+  Program("qdel", "echo \"$@\" >> " + dir_ + "/qdel.log");
+  const std::vector<std::string> arguments = {
+      "farm",     "--engine", "pbs",       "--max",       "3",     "--script",
+      script_,    "--cores",  "16",        "--memory-mb", "32000", "--wall-minutes",
+      "90",       "--log",    "pilot.log", "--interval",  "1",     "--submit=-qlong",
+      "--at-end", "cancel"};
+  StopAtSecondLook();
+  std::vector<std::string> all = arguments;
+  all.insert(all.end(), {"--", "--verbose"});
+  all.insert(all.begin() + 1, {"--coordinator", coordinator_.address()});
+  const Outcome outcome = RunCommand(all);
+  EXPECT_EQ(outcome.exit_code, kExitInterrupted) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("1 run, 0 wait, 3 wanted: submitted 2 as 9.head 10.head"));
+  const std::string call =
+      "-N parallax -j oe -v PARALLAX_ENGINE,PARALLAX_COORDINATOR,PARALLAX_TLS,PARALLAX_IDLE,"
+      "PARALLAX_CORES,PARALLAX_MEMORY_MB,PARALLAX_WALL_S,PARALLAX_GRACE,PARALLAX_LONG_GRACE,"
+      "PARALLAX_ARGUMENTS -l ncpus=16 -l mem=32000mb -l walltime=5400 -o pilot.log -qlong " +
+      script_ + "\n";
+  EXPECT_EQ(Read("qsub.log"), call + call);
+  EXPECT_EQ(Read("env.log"),
+            "PARALLAX_ARGUMENTS=--verbose\nPARALLAX_COORDINATOR=" + coordinator_.address() +
+                "\nPARALLAX_CORES=16\nPARALLAX_ENGINE=pbs\nPARALLAX_GRACE=7\n"
+                "PARALLAX_IDLE=300\nPARALLAX_LONG_GRACE=\n"
+                "PARALLAX_MEMORY_MB=32000\nPARALLAX_TLS=\nPARALLAX_WALL_S=5400\n");
+  EXPECT_EQ(Read("qdel.log"), "7.head 9.head 10.head\n");
+}
+
+TEST_F(FarmCommandTest, LsfSubmitsListsAndCancelsAsItsFileSays) {
+  // bjobs fails where it finds no job.
+  Program("bjobs",
+          "[ \"$*\" = \"-noheader -J parallax -o jobid jobindex stat delimiter='|'\" ] || "
+          "{ echo \"bjobs: $*\"; exit 2; }; [ -s " +
+              dir_ + "/queue ] || " +
+              "{ echo 'Job <parallax> is not found' >&2; exit 255; }; cat " + dir_ + "/queue");
+  Program("bsub", "echo \"$@\" >> " + dir_ + "/bsub.log; echo 'Job <17> is submitted to default " +
+                      "queue <normal>.'; printf '17|2|PEND\\n17|1|RUN\\n' > " + dir_ + "/queue");
+  Program("bkill", "echo \"$@\" >> " + dir_ + "/bkill.log");
+  StopAtSecondLook();
+  const Outcome outcome =
+      Run({"farm", "lsf", "--max", "2", "--script", script_, "--memory-mb", "500", "--wall-minutes",
+           "90", "--interval", "1", "--at-end", "cancel"});
+  EXPECT_EQ(outcome.exit_code, kExitInterrupted) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("submitted 2 as array 17\n"));
+  EXPECT_EQ(
+      Read("bsub.log"),
+      "-J parallax[1-2] -M 500MB -R rusage[mem=500MB] -W 90 -wa USR1 -wt 5 bash " + script_ + "\n");
+  EXPECT_EQ(Read("bkill.log"), "17[1] 17[2]\n");
+}
+
+TEST_F(FarmCommandTest, AnEngineOfTheUsersOwnIsAFileThatIsChecked) {
+  const std::string file =
+      WriteText("tiny.yaml",
+                "submit: {command: [tsub, \"{script}\"], id: '^(.+)$'}\n"
+                "cancel: [tdel, \"{ids}\"]\n"
+                "list: {command: [tstat], pilot: '^(\\S+) (\\S+)$', name_length: 8,\n"
+                "  states: [{pattern: r, is: running}]}\n");
+  Program("tstat", "echo \"t1 r\"");
+  const std::vector<std::string> farm = {"farm",     file,    "--max",    "2",
+                                         "--script", script_, "--dry-run"};
+  const Outcome dry = Run(farm);
+  EXPECT_EQ(dry.exit_code, kExitOk) << dry.err;
+  EXPECT_THAT(dry.out, HasSubstr("1 run, 0 wait, 2 wanted: would submit 1\n"));
+  EXPECT_THAT(dry.out, HasSubstr("tsub " + script_ + "\n"));
+  std::vector<std::string> spaced = farm;
+  spaced[5] = WriteText("my pilot.sh", "");
+  EXPECT_THAT(Run(spaced).out, HasSubstr("tsub '" + dir_ + "/my pilot.sh'\n"))
+      << "a command to copy";
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), farm.begin(), farm.end());
+    return Run(more);
+  };
+  EXPECT_THAT(with({"--cores", "4"}).err, HasSubstr("--cores: engine tiny has no words for it"));
+  EXPECT_THAT(with({"--name", "a-long-name"}).err,
+              HasSubstr("--name a-long-name is longer than the 8 characters that tstat shows"));
+  WriteText("tiny.yaml", "submit: {comand: [tsub]}\n");
+  const Outcome wrong = Run(farm);
+  EXPECT_EQ(wrong.exit_code, kExitUsage);
+  EXPECT_THAT(wrong.err,
+              HasSubstr(file + ":1: submit.comand: no such field, did you mean command?"));
 }
 
 TEST_F(FarmCommandTest, ErrorsNameWhatIsMissing) {

@@ -1,12 +1,17 @@
 // The page's API as a browser sees it: what it tells, what it does, and for whom.
+#include <fmt/core.h>
+#include <grpcpp/grpcpp.h>
+
 #include <algorithm>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
 
 #include "common/rpc/certificate.h"
+#include "common/rpc/endpoint.h"
 #include "common/rpc/revocation.h"
 #include "coordinator/http/api_json.h"
+#include "parallax/v1/stream.grpc.pb.h"
 #include "tests/coordinator/http/http_fixture.h"
 
 namespace parallax {
@@ -487,6 +492,46 @@ TEST_F(ApiTest, EventsTellOfChangesAndEndWithTheServer) {
   EXPECT_TRUE(wait_for("\"paused\""));
   http_->Stop();
   listening.join();
+}
+
+TEST_F(ApiTest, TheFarmShowsItsStreamsAndWhatTheyWaitFor) {
+  Serve();
+  const auto client = Client();
+  EXPECT_EQ(Json(*client, "/api/v1/farm")["streams"], json::array());
+  v1::OpenStreamRequest request;
+  v1::StudySpec& study = *request.mutable_study();
+  study.set_name("drive");
+  study.set_seed(7);
+  study.set_pairs(6);
+  study.set_rigs_per_scene(3);
+  study.mutable_stream()->set_chunk_pairs(6);
+  study.add_variants()->set_name("rooms");
+  study.mutable_variants(0)->mutable_config()->mutable_rigs()->set_count(3);
+  const auto stub = v1::Streams::NewStub(*ConnectRpc(*ParseRpcAddress("unix:" + dir_ + "/s"), {}));
+  grpc::ClientContext context;
+  SetRpcTimeout(context, std::chrono::seconds(20));
+  v1::StreamStatus status;
+  const grpc::Status opened = stub->Open(&context, request, &status);
+  ASSERT_TRUE(opened.ok()) << opened.error_message();
+  // What the farm says of the stream once it waits for `wanted`.
+  const auto waiting_for = [&](const std::string& wanted) {
+    for (int look = 0; look < 100; ++look) {
+      const json streams = Json(*client, "/api/v1/farm")["streams"];
+      if (streams.size() == 1 && streams[0]["waits_for"] == wanted) return streams[0];
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    ADD_FAILURE() << "no stream waits for " << wanted;
+    return json();
+  };
+  const json begun = waiting_for("pairs of chunk 0");
+  EXPECT_EQ(begun["name"], "drive");
+  EXPECT_EQ(begun["chunks_begun"], status.chunks_begun());
+  EXPECT_EQ(begun["needs"], "");
+  const int64_t chunk = queue_->ListStudies(10)->back().study_id();
+  ASSERT_TRUE(queue_->Pause(StudyId{chunk}, "", "tester").ok());
+  waiting_for(fmt::format("chunk 0 is paused: `parallax resume {}`", chunk));
+  EXPECT_THAT(client->Get("/metrics")->body,
+              HasSubstr("parallax_stream_needs_person{stream=\"drive\"} 1\n"));
 }
 
 }  // namespace

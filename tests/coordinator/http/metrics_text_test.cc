@@ -34,6 +34,23 @@ StatusSnapshot Example() {
                     .disks = {{"store", {300, 1000}}, {"database", {200, 900}}}};
   snapshot.workers.emplace_back().set_state("busy");
   snapshot.workers.emplace_back().set_state("busy");
+  snapshot.now_unix_s = 1000;
+  v1::StreamStatus& stream = snapshot.streams.emplace_back();
+  stream.set_name("rooms");
+  stream.set_chunks_begun(7);
+  stream.set_chunks_made(6);
+  stream.set_chunks_forgotten(4);
+  stream.set_pairs_kept(400);
+  stream.set_needs("chunk 6 is paused");
+  for (int rank = 0; rank < 2; ++rank) {
+    v1::StreamConsumer& consumer = *stream.add_consumers();
+    consumer.set_name("raft");
+    consumer.set_rank(rank);
+    consumer.set_heard_unix_s(rank * 990.0);  // Rank 0 was not heard yet.
+  }
+  v1::StreamStatus& closed = snapshot.streams.emplace_back(stream);
+  closed.set_name("old");
+  closed.set_closed(true);
   v1::StudyStatus& study = snapshot.studies.emplace_back();
   study.set_study_id(9);
   study.set_name("odd \"name\"\n");
@@ -79,6 +96,15 @@ TEST(MetricsText, HasASampleForEachThingWorthWatching) {
            "parallax_lease_latency_seconds_sum 0.5",
            "parallax_lease_latency_seconds_count 6",
            "parallax_pairs_per_hour 120",
+           "parallax_stream_chunks_begun{stream=\"rooms\"} 7",
+           "parallax_stream_chunks_made{stream=\"rooms\"} 6",
+           "parallax_stream_chunks_forgotten{stream=\"rooms\"} 4",
+           "parallax_stream_pairs_kept{stream=\"rooms\"} 400",
+           "parallax_stream_consumers{stream=\"rooms\"} 2",
+           "parallax_stream_needs_person{stream=\"rooms\"} 1",
+           "parallax_stream_needs_person{stream=\"old\"} 0",
+           "parallax_stream_consumer_silent_seconds{stream=\"rooms\",consumer=\"raft\",rank=\"1\"} "
+           "10",
            "parallax_store_results_bytes 5000",
            "parallax_disk_free_bytes{of=\"store\"} 300",
            "parallax_disk_bytes{of=\"database\"} 900",

@@ -235,6 +235,64 @@ TEST_F(JobFailuresTest, DifferentFingerprintsDoNotQuarantine) {
   EXPECT_EQ(Jobs(study, "solve", "RETRY_WAIT"), 1);
 }
 
+// ---- Out of memory
+TEST_F(JobFailuresTest, ASceneThatRanOutOfMemoryGoesToAWorkerWithMore) {
+  const StudyId study = Submit({.pairs = 4, .rigs_per_scene = 4});
+  WorkerFacts small = AnyWorker("small"), big = AnyWorker("big");
+  small.memory_mb = 2000;
+  big.memory_mb = 64000;
+  for (const std::string kind : {"solve", "render"}) {
+    v1::FailRequest failure =
+        Failure(LeaseOne(small), "small",
+                "RESOURCE_EXHAUSTED@" + kind +
+                    ": render: images of rig #: needs about # MB beside # MB in use; the limit is "
+                    "# MB");
+    failure.set_error("RESOURCE_EXHAUSTED: needs about 900 MB beside 1500 MB in use");
+    EXPECT_THAT(Lease(big, 1), IsEmpty());  // It is known from now on.
+    Fail(failure);
+    clock_.Advance(3600);
+    Tick();
+    EXPECT_THAT(Lease(small, 1), IsEmpty()) << kind;
+    const auto ready = ListJobs(study, "READY");
+    ASSERT_THAT(ready, SizeIs(1)) << kind;
+    EXPECT_EQ(ready[0].needs_memory_mb(), 3000);
+    EXPECT_THAT(ready[0].error(), HasSubstr("in use; it needs a worker with 3000 MB now"));
+    const std::map<ReadyKey, int64_t> groups = {{ReadyKey{study.value, kind, 3000, {}}, 1}};
+    EXPECT_EQ(queue_->ReadyGroups(study.value), groups);
+    Reopen();
+    EXPECT_EQ(queue_->ReadyGroups(study.value), groups) << kind << ", after a restart";
+    EXPECT_THAT(Lease(small, 1), IsEmpty()) << kind << ", after a restart";
+    if (kind == "solve") Complete(Answer(LeaseOne(big), "big"));
+  }
+  // Parts of the job need as much as the whole.
+  big.farm["render"] = {.idle = 2, .all = 2};
+  const v1::Lease half = LeaseOne(big);
+  EXPECT_EQ(ListJobs(study, "READY").at(0).needs_memory_mb(), 3000);
+  EXPECT_THAT(Lease(small, 1), IsEmpty());
+  Complete(Answer(half, "big"));
+  big.farm.clear();
+  Complete(Answer(LeaseOne(big), "big"));
+  EXPECT_EQ(Status(study).state(), v1::STUDY_STATE_SUCCEEDED);
+}
+
+TEST_F(JobFailuresTest, ARetryOfASceneNeedsWhatItsLastAttemptDid) {
+  const StudyId study = Submit({.pairs = 2});
+  WorkerFacts small = AnyWorker("small"), big = AnyWorker("big");
+  small.memory_mb = 2000;
+  const v1::Lease lease = LeaseOne(small);
+  EXPECT_THAT(Lease(big, 1), IsEmpty());
+  Fail(Failure(lease, "small", "out of memory"));
+  clock_.Advance(3600);
+  Tick();
+  for (int i = 0; i < 10; ++i) {
+    Fail(Failure(LeaseOne(big), "big", "bad build", /*retryable=*/false));
+  }
+  ASSERT_EQ(Status(study).state(), v1::STUDY_STATE_FAILED);
+  ASSERT_TRUE(queue_->RetryJob(study, lease.attempt().job_id(), "", "tester").ok());
+  ASSERT_THAT(ListJobs(study, "READY"), SizeIs(1));
+  EXPECT_EQ(ListJobs(study, "READY")[0].needs_memory_mb(), 3000);
+}
+
 // Leases to `others` workers, which live on, while each worker that takes `job` is lost with it.
 // Returns after how many losses the job was blamed; -1 if it was not after `most`.
 class LossesTest : public JobFailuresTest {

@@ -104,7 +104,8 @@ class AccessTest : public FolderTest {
     queue.db_path = dir_ + "/queue.db";
     queue.limits = *LimitRules::Parse(limits, "limits.yaml");
     queue_ = *JobQueue::Open(queue);
-    CoordinatorServerOptions options{.listen = {"127.0.0.1:0", "unix:" + dir_ + "/s"}};
+    CoordinatorServerOptions options;
+    options.listen = {"127.0.0.1:0", "unix:" + dir_ + "/s"};
     options.security.tls = Identity(*IssueServer(ca_, Order("s"), {"127.0.0.1"}));
     options.revoked = dir_ + "/revoked";
     EXPECT_TRUE(WriteFile(options.revoked, kEmptyRevokedList).ok());

@@ -89,7 +89,7 @@ TEST(Importances, SettingsWithoutAnyEffectHaveHardlyAShare) {
       ++all;
     }
   }
-  EXPECT_LT(sum / all, 0.08);
+  EXPECT_LT(sum / all, 0.06);
   EXPECT_LT(firm, all / 40);
 }
 

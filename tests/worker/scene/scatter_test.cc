@@ -16,6 +16,14 @@
 namespace parallax {
 namespace {
 
+// Adds full rows, 2.5 m from each other, with a plant every 1.2 m.
+void AddVines(v1::Terrain& recipe) {
+  v1::ScatterLayer& vines = AddLayer(recipe, "vines", 40, 1.2);
+  vines.mutable_mask()->set_rows_m(2.5);
+  vines.mutable_mask()->set_row_width_m(0.2);
+  vines.mutable_mask()->set_row_direction_rad(0.6);
+}
+
 // Trees that claim ground and cast shade, stones between them, grass and litter.
 v1::Terrain WoodedLand() {
   v1::Terrain recipe = SmallLand();
@@ -74,7 +82,8 @@ TEST(Scatter, IsTheSameOnAnyNumberOfThreads) {
 }
 
 TEST(Scatter, DoesNotDependOnWhichPartIsAskedFor) {
-  const v1::Terrain recipe = WoodedLand();
+  v1::Terrain recipe = WoodedLand();
+  AddVines(recipe);
   const auto all = PlaceOn(recipe, Square(-5, 5));
   const TileSet part = {{0, 0}, {0, 1}, {2, -3}};
   const auto some = PlaceOn(recipe, part);
@@ -230,6 +239,20 @@ TEST(Scatter, RowsAreStraightAndRunWhereTheyAreAskedTo) {
     rows.insert(static_cast<int>(std::round(across)));
   }
   EXPECT_GT(rows.size(), 3u);
+}
+
+TEST(Scatter, RowsWithASpacingHaveAPlantAtEachStep) {
+  v1::Terrain recipe = SmallLand();
+  AddVines(recipe);
+  const auto standing = PlaceOn(recipe, Square(-1, 1)).at(0);
+  const float area_m2 = std::pow(3 * kTile_m, 2.0f);
+  EXPECT_NEAR(static_cast<float>(standing.size()) / area_m2, 1 / (2.5f * 1.2f), 0.02f);
+  for (const Standing& vine : standing) {
+    if (TileAt(vine.position()) != Tile(0, 0)) continue;  // Others' neighbours may lie outside.
+    const float nearest_m = Nearest(vine, standing);
+    EXPECT_GT(nearest_m, 0.8f * 1.2f * 0.85f);
+    EXPECT_LT(nearest_m, 1.2f * 1.31f);
+  }
 }
 
 TEST(Rules, MasksAreCheckedWhereverTheyStand) {

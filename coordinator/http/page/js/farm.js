@@ -78,6 +78,20 @@ function Trainings({ running }) {
   </tbody></table><//>`;
 }
 
+// Open streams: how far they are, who takes their pairs, and what they wait for.
+function Streams({ streams, now }) {
+  if (streams.length === 0) return null;
+  const silent = (c) => c.heard_unix_s > 0 ? `heard ${duration(now - c.heard_unix_s)} ago` : "not heard yet";
+  return html`<${Card} title="Streams" id="streams"><div class="scroll"><table>
+    <thead><tr><th scope="col">stream</th><th scope="col" class="num">chunks made</th><th scope="col" class="num">pairs kept</th><th scope="col">consumers</th><th scope="col">waits for</th></tr></thead>
+    <tbody>${streams.map((s) => html`<tr key=${s.name}><th scope="row">${s.name}</th>
+      <td class="num">${count(s.chunks_made)}<span class="soft"> / ${count(s.chunks_begun)}</span></td>
+      <td class="num">${count(s.pairs_kept)}</td>
+      <td>${s.consumers.map((c) => html`<span class="pairing" title=${silent(c)}>${c.name}${c.ranks > 1 ? ` ${c.rank}/${c.ranks}` : ""} <b>${silent(c)}</b></span>`)}</td>
+      <td class=${s.needs && !s.closed ? "warn" : "soft"}>${s.waits_for}</td></tr>`)}</tbody>
+  </table></div><//>`;
+}
+
 // The farm's users, where there are limits or several users.
 function Users() {
   const asked = useApi("users");
@@ -102,6 +116,7 @@ export function Farm() {
   return html`<${Head} title="Farm"><span class="soft">${plural(farm.pairs.done, "pair")} made · version ${farm.version} · coordinator up ${duration(farm.uptime_s)}</span><//>
     <${Charts} farm=${farm} />
     <${Card} title="Studies" id="studies"><${Studies} farm=${farm} /><//>
+    <${Streams} streams=${farm.streams} now=${farm.now_unix_s} />
     <${Trainings} running=${farm.running} />
     <${Users} />
     <${Card} title="Queue" id="queue"><${Queue} jobs=${farm.jobs} /><//>

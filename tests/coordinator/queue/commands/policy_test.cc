@@ -149,6 +149,33 @@ TEST(OrderStudies, LeavesOutWhatTheWorkerCannotDo) {
   EXPECT_THAT(OrderStudies(studies, {.memory_mb = 64'000}), ElementsAre(2));
 }
 
+TEST(Memory, LackOfTheMachinesMemoryIsToldFromAllElse) {
+  const struct {
+    const char* fingerprint;
+    bool says;
+  } cases[] = {
+      {"RESOURCE_EXHAUSTED@solve: out of memory", true},
+      {"RESOURCE_EXHAUSTED@train: memory is exhausted", true},
+      {"RESOURCE_EXHAUSTED@render: render: images of rig #: needs about # MB beside # MB in use; "
+       "the limit is # MB",
+       true},
+      {"RESOURCE_EXHAUSTED@render: render: rig # does not fit in memory", true},
+      {"RESOURCE_EXHAUSTED@render: not enough memory to render the scene", true},
+      {"RESOURCE_EXHAUSTED@render: render: the acceleration structure needs more than # MB", true},
+      {"RESOURCE_EXHAUSTED@train: CUDA out of memory", false},
+      {"RESOURCE_EXHAUSTED@render: write /store/x: No space left on device", false},
+      {"", false},
+  };
+  for (const auto& c : cases) EXPECT_EQ(SaysOutOfMemory(c.fingerprint), c.says) << c.fingerprint;
+}
+
+TEST(Memory, AJobAsksForHalfAsMuchAgainWhereAWorkerHasIt) {
+  EXPECT_EQ(MoreMemory(4000, 64000), 6000);
+  EXPECT_EQ(MoreMemory(4000, 5000), 5000);
+  EXPECT_EQ(MoreMemory(4000, 4000), 0);
+  EXPECT_EQ(MoreMemory(4000, 0), 0);
+}
+
 TEST(PickJob, LeavesWhatOneHasJustLostToOthersForAWhile) {
   const JobCandidate mine{1, "w", 1};
   const JobCandidate old{2, "w", kElsewhereS};

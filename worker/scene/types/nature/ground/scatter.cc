@@ -13,6 +13,7 @@ namespace parallax {
 namespace {
 
 constexpr float kShadeOfCrown = 0.85f;
+constexpr float kStray = 0.3f;        // Of a place in a row, in units of the row's width and step.
 constexpr float kParentReach_m = 14;  // Litter lies at most this far from its plant.
 // The most tiles that are looked at for the things around other tiles: a second's work.
 constexpr double kMostRingTiles = 1e7;
@@ -44,6 +45,32 @@ float CandidateDensity(double per_m2, double spacing_m) {
   return static_cast<float>(std::round(-std::log1p(-killed) / disc * 1e6) / 1e6);
 }
 
+// Calls `add` with the places of a layer's rows whose cells touch `area`.
+template <typename Layer, typename Add>
+void AlongRows(const Layer& layer, const Box2f& area, const Add& add) {
+  const Vec2f across = layer.mask.across(), along(across.y(), -across.x());
+  const Vec2f middle = area.center(), half = 0.5f * area.sizes();
+  // Returns the first and last cell of that size that the area touches in a direction.
+  const auto cells = [&](const Vec2f& direction, float cell_m) {
+    const float at = direction.dot(middle), reach = direction.cwiseAbs().dot(half) + cell_m;
+    return std::pair(static_cast<int32_t>(std::floor((at - reach) / cell_m)),
+                     static_cast<int32_t>(std::ceil((at + reach) / cell_m)));
+  };
+  const auto [first_row, last_row] = cells(across, layer.mask.rows_m());
+  const auto [first, last] = cells(along, layer.step_m);
+  for (int32_t row = first_row; row <= last_row; ++row) {
+    for (int32_t place = first; place <= last; ++place) {
+      Draws draws(layer.seed, place, row, 1);
+      if (draws.Unit() >= layer.filled) continue;
+      const float aside = kStray * layer.mask.row_width_m() * (draws.Unit() - 0.5f);
+      const float ahead = kStray * layer.step_m * (draws.Unit() - 0.5f);
+      const Vec2f p = (static_cast<float>(row) * layer.mask.rows_m() + aside) * across +
+                      (static_cast<float>(place) * layer.step_m + ahead) * along;
+      add(1000.0 * static_cast<double>(p.x()), 1000.0 * static_cast<double>(p.y()), draws);
+    }
+  }
+}
+
 }  // namespace
 
 Tile TileAt(const Vec2f& p) {
@@ -70,6 +97,9 @@ struct Scatter::Layer {
   std::vector<float> up_to;  // Sums of weights, the last 1.
   std::vector<uint8_t> shapes;
   MaskOnGround mask;
+  // With rows and spacing: from one place to the next in a row, in place of self-thinning; else 0.
+  float step_m = 0;
+  float filled = 1;  // Share of such places that have a candidate.
 
   Layer(const v1::Terrain& recipe, const v1::ScatterLayer& layer)
       : name(layer.name()),
@@ -87,6 +117,12 @@ struct Scatter::Layer {
     cell_m = std::clamp(1.0f / std::sqrt(std::max(density, 1e-6f)), 0.2f, 12.0f);
     // Rounded, because exp may differ in its last digits from one library to the next.
     empty = static_cast<float>(std::round(std::exp(-expected()) * 0x1p20f)) * 0x1p-20f;
+    if (mask.rows_m() > 0 && spacing_m > 0) {
+      step_m = 0.5f * spacing_m * (size_low + size_high);
+      spacing_m = 0;
+      filled = std::min(1.0f, static_cast<float>(layer.per_m2()) * step_m * mask.row_width_m());
+      density = filled / (step_m * mask.rows_m());
+    }
     double sum = 0, total = 0;
     for (const double weight : layer.weights()) total += weight;
     for (const double weight : layer.weights()) {
@@ -172,6 +208,30 @@ Scatter::~Scatter() = default;
 std::vector<Standing> Scatter::Candidates(const Layer& layer, const Box2f& area) const {
   std::vector<Standing> things;
   if (layer.density <= 0) return things;
+  const auto add = [&](double x_mm, double y_mm, Draws& draws) {
+    Standing thing;
+    thing.x_mm = static_cast<int32_t>(std::lround(x_mm));
+    thing.y_mm = static_cast<int32_t>(std::lround(y_mm));
+    const Vec2f p = thing.position();
+    if ((p.array() < area.min().array()).any() || (p.array() >= area.max().array()).any()) return;
+    thing.rank = draws.Bits();
+    thing.turn = static_cast<uint16_t>(draws.Bits() >> 16);
+    const float size = layer.SizeOf(draws.Unit());
+    thing.size = static_cast<uint16_t>(std::min(65535L, std::lround(4096.0f * size)));
+    const float which = draws.Unit();
+    while (thing.prototype + 1u < layer.up_to.size() && which >= layer.up_to[thing.prototype]) {
+      ++thing.prototype;
+    }
+    thing.shape = static_cast<uint8_t>(draws.Bits() % layer.shapes[thing.prototype]);
+    const float chance = draws.Unit();
+    const float mask = layer.mask.At(terrain_, p);
+    if (mask > 0 && chance < mask) things.push_back(thing);
+  };
+  if (layer.step_m > 0) {
+    AlongRows(layer, area, add);
+    return things;
+  }
+  const double cell_mm = 1000.0 * static_cast<double>(layer.cell_m);
   const auto cell_of = [&](float x) { return static_cast<int32_t>(std::floor(x / layer.cell_m)); };
   for (int32_t y = cell_of(area.min().y()); y <= cell_of(area.max().y()); ++y) {
     for (int32_t x = cell_of(area.min().x()); x <= cell_of(area.max().x()); ++x) {
@@ -179,30 +239,9 @@ std::vector<Standing> Scatter::Candidates(const Layer& layer, const Box2f& area)
       const uint32_t count = layer.CountIn(of_cell);
       for (uint32_t k = 1; k <= count; ++k) {
         Draws draws(layer.seed, x, y, k);
-        Standing thing;
-        const auto millimetres = [&](int32_t cell, float at) {
-          return static_cast<int32_t>(
-              std::lround(1000.0 * static_cast<double>(layer.cell_m) *
-                          (static_cast<double>(cell) + static_cast<double>(at))));
-        };
-        thing.x_mm = millimetres(x, draws.Unit());
-        thing.y_mm = millimetres(y, draws.Unit());
-        const Vec2f p = thing.position();
-        if ((p.array() < area.min().array()).any() || (p.array() >= area.max().array()).any()) {
-          continue;
-        }
-        thing.rank = draws.Bits();
-        thing.turn = static_cast<uint16_t>(draws.Bits() >> 16);
-        const float size = layer.SizeOf(draws.Unit());
-        thing.size = static_cast<uint16_t>(std::min(65535L, std::lround(4096.0f * size)));
-        const float which = draws.Unit();
-        while (thing.prototype + 1u < layer.up_to.size() && which >= layer.up_to[thing.prototype]) {
-          ++thing.prototype;
-        }
-        thing.shape = static_cast<uint8_t>(draws.Bits() % layer.shapes[thing.prototype]);
-        const float chance = draws.Unit();
-        const float mask = layer.mask.At(terrain_, p);
-        if (mask > 0 && chance < mask) things.push_back(thing);
+        const double x_mm = cell_mm * (x + static_cast<double>(draws.Unit()));
+        const double y_mm = cell_mm * (y + static_cast<double>(draws.Unit()));
+        add(x_mm, y_mm, draws);
       }
     }
   }

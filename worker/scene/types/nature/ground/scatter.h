@@ -4,7 +4,9 @@
 // the objects within some metres, never on the queried part of the land, the order of queries or
 // the threads. Each layer's ground is cut into cells; candidate k of cell (x, y) draws from a hash
 // of (layer's seed, x, y, k). A candidate lives if its mask lets it, no earlier layer claims the
-// place, and no larger candidate of its layer is within the spacing (self-thinning).
+// place, and no larger candidate of its layer is within the spacing (self-thinning). A layer of
+// rows that has a spacing has a place at each step of a row instead, of which each may have a
+// candidate.
 #pragma once
 
 #include <array>

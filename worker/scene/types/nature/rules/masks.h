@@ -17,6 +17,11 @@ class MaskOnGround {
   float OfShade(float shade) const { return shade_.At(shade); }
   bool needs_shade() const { return !shade_.everywhere; }
 
+  // Straight rows, one through the origin; rows_m is 0 without any.
+  float rows_m() const { return rows_m_; }
+  float row_width_m() const { return 2 * half_row_m_; }
+  const Vec2f& across() const { return across_; }  // Unit, from one row to the next.
+
  private:
   // v1::SoftRange.
   struct Range {

@@ -1,0 +1,63 @@
+// Batch systems as files: the built-in ones are read, and wrong ones are refused by line and field.
+#include "common/config/files/engine_files.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "common/config/config.h"
+
+namespace parallax {
+namespace {
+
+using ::testing::StartsWith;
+
+TEST(EngineFiles, BuiltInOnesAreReadByName) {
+  for (const std::string name : {"slurm", "pbs", "lsf"}) {
+    const auto engine = LoadEngine(name);
+    ASSERT_TRUE(engine.ok()) << engine.status();
+    EXPECT_EQ(engine->name(), name);
+  }
+  const auto missing = LoadEngine("sge");
+  EXPECT_EQ(missing.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(missing.status().message()), testing::HasSubstr("lsf, pbs, slurm"));
+}
+
+TEST(EngineFiles, EachWrongFileNamesLineFieldAndWhatIsExpected) {
+  const std::string good = *BuiltinConfigText("engines/slurm.yaml");
+  const struct {
+    const char* part;
+    const char* by;
+    const char* want;  // The beginning of the message.
+  } rows[] = {
+      {"{pilots}", "{pilot}",
+       "mine.yaml:3: submit.command[3]: there is no {pilot}, expected {name}, {pilots}, {script}"},
+      {"\"{ids}\"", "\"{id}\"", "mine.yaml:10: cancel[1]: there is no {id}, expected {ids}"},
+      {"  id: ", "  job: ", "mine.yaml:3: submit.id: is missing, expected a regular expression"},
+      {"^(\\d+)(;.*)?$", "^(\\d+", "mine.yaml:9: submit.id: \"^(\\d+\" is no regular expression"},
+      {"\\|(.*)$", "\\|.*$",
+       "mine.yaml:13: list.pilot: \"^(\\d[^|]*)\\|.*$\" has 1 groups, expected 2 at least"},
+      {"is: running", "is: runs",
+       "mine.yaml:15: list.states[0].is: runs is not known (allowed: waiting, running, ending)"},
+      {"is: running", "es: running", "mine.yaml:15: list.states[0].es: no such field"},
+      {"term_s: 30", "term_s: soon",
+       "mine.yaml:19: signals.term_s: soon is not a whole number, allowed 1 to 86400 s"},
+      {"array: true", "array: many", "mine.yaml:4: submit.array: many, allowed is true or false"},
+      {"cancel:", "cancels:", "mine.yaml:10: cancels: no such field, did you mean cancel?"},
+      {"={tls}", "={secret}", "mine.yaml:20: environment[1]: there is no {secret}, expected {"},
+      {"IDLE={idle_s}", "IDLE", "mine.yaml:20: environment[2]: \"PARALLAX_IDLE\", expected NAME="},
+      {"submit:", "name: a b\nsubmit:", "mine.yaml:2: name: \"a b\" is not a name"},
+  };
+  ASSERT_TRUE(ParseEngine(good, "mine.yaml").ok());
+  for (const auto& row : rows) {
+    std::string text = good;
+    const size_t at = text.find(row.part);
+    ASSERT_NE(at, std::string::npos) << row.part;
+    const auto engine =
+        ParseEngine(text.replace(at, std::string(row.part).size(), row.by), "mine.yaml");
+    EXPECT_EQ(engine.status().code(), absl::StatusCode::kInvalidArgument) << row.by;
+    EXPECT_THAT(std::string(engine.status().message()), StartsWith(row.want));
+  }
+}
+
+}  // namespace
+}  // namespace parallax

@@ -1,9 +1,11 @@
 #include "tests/faults/experiment.h"
 
+#include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -16,6 +18,20 @@ constexpr size_t kComplaints = 50;
 void Complain(Tally& tally, const std::string& what) {
   std::fprintf(stderr, "%s\n", what.c_str());
   if (tally.complaints.size() < kComplaints) tally.complaints.push_back(what);
+}
+
+// Removes the folders of processes that are gone. Their names are `prefix`, then the process's id.
+void RemoveStale(const std::filesystem::path& prefix) {
+  const std::string name = prefix.filename();
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(prefix.parent_path(), ignored)) {
+    const std::string other = entry.path().filename();
+    if (!other.starts_with(name)) continue;
+    const pid_t pid = std::atoi(other.c_str() + name.size());
+    if (pid > 0 && kill(pid, 0) != 0 && errno == ESRCH) {
+      std::filesystem::remove_all(entry.path(), ignored);
+    }
+  }
 }
 
 }  // namespace
@@ -39,7 +55,10 @@ TempFolder::TempFolder(bool memory) {
   std::string name = memory && access("/dev/shm", W_OK) == 0
                          ? "/dev/shm"
                          : std::filesystem::temp_directory_path().string();
-  name += "/parallax-faults-XXXXXX";
+  name += "/parallax-faults-";
+  static const bool removed = (RemoveStale(name), true);
+  (void)removed;
+  name += std::to_string(getpid()) + "-XXXXXX";
   if (mkdtemp(name.data()) == nullptr) {
     std::perror(name.c_str());
     std::exit(1);

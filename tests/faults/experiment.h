@@ -64,7 +64,7 @@ void SimulateControls(const ExperimentOptions& options, Tally& tally);
 void Strangers(const ExperimentOptions& options, Tally& tally);
 void InvarianceOfWaits(const ExperimentOptions& options, Tally& tally);  // A part of it.
 
-// A folder of this process's own, gone with it.
+// A folder of this process's own, gone with it; if the process is killed, with the next one.
 class TempFolder {
  public:
   // `memory`: on a memory disk where there is one; what is on it outlives the death of processes,

@@ -182,7 +182,7 @@ void Simulate(const ExperimentOptions& options, Tally& tally) {
     return;
   }
   uint64_t first = options.seed;
-  uint64_t last = options.seed + static_cast<uint64_t>(options.rounds) - 1;
+  uint64_t last = options.seed;
   if (!options.seeds.empty() && !ParseRange(options.seeds, &first, &last)) {
     return tally.Lost("--seeds " + options.seeds + ": wanted two numbers, as in 1..1000");
   }

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <signal.h>
-#include <sqlite3.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,11 +11,13 @@
 #include <vector>
 
 #include "common/base/rng.h"
+#include "coordinator/queue/database/vfs_shim.h"
 
 namespace parallax::faults {
 namespace {
 
 constexpr size_t kSector = 512;
+constexpr sqlite3_io_methods kPassing = PassingMethods();
 
 // A change since the file's last sync: `before` was at `offset`, `after` was written there. A
 // truncation has no `after`.
@@ -46,14 +47,11 @@ World& TheWorld() {
   return world;
 }
 
-struct ShimFile {
-  sqlite3_file base;
+struct CutFile {
+  ShimFile shim;
   const char* path;  // SQLite's, lives as long as the file is open.
-  sqlite3_file* real() { return reinterpret_cast<sqlite3_file*>(this + 1); }
 };
-ShimFile* Shim(sqlite3_file* file) { return reinterpret_cast<ShimFile*>(file); }
-sqlite3_file* Real(sqlite3_file* file) { return Shim(file)->real(); }
-sqlite3_vfs* RealVfs(sqlite3_vfs* vfs) { return static_cast<sqlite3_vfs*>(vfs->pAppData); }
+CutFile* Cut(sqlite3_file* file) { return reinterpret_cast<CutFile*>(file); }
 
 void WriteAt(int fd, const std::string& bytes, sqlite3_int64 offset) {
   if (pwrite(fd, bytes.data(), bytes.size(), offset) < 0) raise(SIGABRT);
@@ -136,45 +134,43 @@ int Write(sqlite3_file* file, const void* bytes, int amount, sqlite3_int64 offse
   const std::lock_guard lock(world.mu);
   if (world.ended) return SQLITE_IOERR_WRITE;
   if (Errs(world, Kind::kWrite)) return world.plan.errors.full ? SQLITE_FULL : SQLITE_IOERR_WRITE;
-  FileState& state = world.files[Shim(file)->path];
+  FileState& state = world.files[Cut(file)->path];
   if (world.plan.lose_unsynced) {
     Change change;
     change.offset = offset;
-    Real(file)->pMethods->xFileSize(Real(file), &change.size_before);
+    kPassing.xFileSize(file, &change.size_before);
     const auto there = std::clamp<sqlite3_int64>(change.size_before - offset, 0, amount);
     change.before.resize(static_cast<size_t>(there));
     if (there > 0) {
-      Real(file)->pMethods->xRead(Real(file), change.before.data(), static_cast<int>(there),
-                                  offset);
+      kPassing.xRead(file, change.before.data(), static_cast<int>(there), offset);
     }
     change.after.assign(static_cast<const char*>(bytes), static_cast<size_t>(amount));
     state.unsynced.push_back(std::move(change));
   }
   // The write at which it ends counts as under way: it may be there in part.
   if (!CountOperation(world)) return SQLITE_IOERR_WRITE;
-  return Real(file)->pMethods->xWrite(Real(file), bytes, amount, offset);
+  return kPassing.xWrite(file, bytes, amount, offset);
 }
 
 int Truncate(sqlite3_file* file, sqlite3_int64 size) {
   World& world = TheWorld();
   const std::lock_guard lock(world.mu);
   if (world.ended || Errs(world, Kind::kOther)) return SQLITE_IOERR_TRUNCATE;
-  FileState& state = world.files[Shim(file)->path];
+  FileState& state = world.files[Cut(file)->path];
   if (world.plan.lose_unsynced) {
     Change change;
     change.offset = size;
     change.truncates = true;
-    Real(file)->pMethods->xFileSize(Real(file), &change.size_before);
+    kPassing.xFileSize(file, &change.size_before);
     change.before.resize(
         static_cast<size_t>(std::max<sqlite3_int64>(0, change.size_before - size)));
     if (!change.before.empty()) {
-      Real(file)->pMethods->xRead(Real(file), change.before.data(),
-                                  static_cast<int>(change.before.size()), size);
+      kPassing.xRead(file, change.before.data(), static_cast<int>(change.before.size()), size);
     }
     state.unsynced.push_back(std::move(change));
   }
   if (!CountOperation(world)) return SQLITE_IOERR_TRUNCATE;
-  return Real(file)->pMethods->xTruncate(Real(file), size);
+  return kPassing.xTruncate(file, size);
 }
 
 int Sync(sqlite3_file* file, int) {
@@ -182,76 +178,33 @@ int Sync(sqlite3_file* file, int) {
   const std::lock_guard lock(world.mu);
   if (Errs(world, Kind::kOther) || !CountOperation(world)) return SQLITE_IOERR_FSYNC;
   // The real one would only cost time: it is this file that decides what survives.
-  FileState& state = world.files[Shim(file)->path];
+  FileState& state = world.files[Cut(file)->path];
   state.unsynced.clear();
   state.created = false;
   return SQLITE_OK;
 }
 
-int Close(sqlite3_file* file) { return Real(file)->pMethods->xClose(Real(file)); }
 int Read(sqlite3_file* file, void* bytes, int amount, sqlite3_int64 offset) {
   World& world = TheWorld();
   const std::lock_guard lock(world.mu);
   if (Errs(world, Kind::kRead)) return SQLITE_IOERR_READ;
-  return Real(file)->pMethods->xRead(Real(file), bytes, amount, offset);
+  return kPassing.xRead(file, bytes, amount, offset);
 }
-int FileSize(sqlite3_file* file, sqlite3_int64* size) {
-  return Real(file)->pMethods->xFileSize(Real(file), size);
-}
-int Lock(sqlite3_file* file, int level) { return Real(file)->pMethods->xLock(Real(file), level); }
-int Unlock(sqlite3_file* file, int level) {
-  return Real(file)->pMethods->xUnlock(Real(file), level);
-}
-int CheckReservedLock(sqlite3_file* file, int* held) {
-  return Real(file)->pMethods->xCheckReservedLock(Real(file), held);
-}
-int FileControl(sqlite3_file* file, int what, void* argument) {
-  return Real(file)->pMethods->xFileControl(Real(file), what, argument);
-}
-int SectorSize(sqlite3_file* file) { return Real(file)->pMethods->xSectorSize(Real(file)); }
-int DeviceCharacteristics(sqlite3_file* file) {
-  return Real(file)->pMethods->xDeviceCharacteristics(Real(file));
-}
-int ShmMap(sqlite3_file* file, int page, int size, int extend, void volatile** memory) {
-  return Real(file)->pMethods->xShmMap(Real(file), page, size, extend, memory);
-}
-int ShmLock(sqlite3_file* file, int offset, int n, int flags) {
-  return Real(file)->pMethods->xShmLock(Real(file), offset, n, flags);
-}
-void ShmBarrier(sqlite3_file* file) { Real(file)->pMethods->xShmBarrier(Real(file)); }
-int ShmUnmap(sqlite3_file* file, int remove) {
-  return Real(file)->pMethods->xShmUnmap(Real(file), remove);
-}
-
-// Version 2: without the memory-mapped reads of version 3, which the queue switches off.
-const sqlite3_io_methods kMethods = {2,
-                                     Close,
-                                     Read,
-                                     Write,
-                                     Truncate,
-                                     Sync,
-                                     FileSize,
-                                     Lock,
-                                     Unlock,
-                                     CheckReservedLock,
-                                     FileControl,
-                                     SectorSize,
-                                     DeviceCharacteristics,
-                                     ShmMap,
-                                     ShmLock,
-                                     ShmBarrier,
-                                     ShmUnmap,
-                                     nullptr,
-                                     nullptr};
+constexpr sqlite3_io_methods kMethods = [] {
+  sqlite3_io_methods methods = kPassing;
+  methods.xRead = Read;
+  methods.xWrite = Write;
+  methods.xTruncate = Truncate;
+  methods.xSync = Sync;
+  return methods;
+}();
 
 int Open(sqlite3_vfs* vfs, sqlite3_filename name, sqlite3_file* file, int flags, int* out_flags) {
-  ShimFile* shim = Shim(file);
-  shim->base.pMethods = nullptr;
-  shim->path = name;
-  const bool known = name != nullptr && access(name, F_OK) == 0;
-  const int code = RealVfs(vfs)->xOpen(RealVfs(vfs), name, shim->real(), flags, out_flags);
-  if (code != SQLITE_OK || name == nullptr) return code == SQLITE_OK ? SQLITE_CANTOPEN : code;
-  shim->base.pMethods = &kMethods;
+  if (name == nullptr) return SQLITE_CANTOPEN;
+  Cut(file)->path = name;
+  const bool known = access(name, F_OK) == 0;
+  const int code = OpenBelow<CutFile>(vfs, kMethods, name, file, flags, out_flags);
+  if (code != SQLITE_OK) return code;
   World& world = TheWorld();
   const std::lock_guard lock(world.mu);
   if (!known) world.files[name].created = true;
@@ -263,13 +216,7 @@ int Delete(sqlite3_vfs* vfs, const char* name, int sync_folder) {
   const std::lock_guard lock(world.mu);
   if (Errs(world, Kind::kOther) || !CountOperation(world)) return SQLITE_IOERR_DELETE;
   world.files.erase(name);
-  return RealVfs(vfs)->xDelete(RealVfs(vfs), name, sync_folder);
-}
-int Access(sqlite3_vfs* vfs, const char* name, int flags, int* out) {
-  return RealVfs(vfs)->xAccess(RealVfs(vfs), name, flags, out);
-}
-int FullPathname(sqlite3_vfs* vfs, const char* name, int size, char* out) {
-  return RealVfs(vfs)->xFullPathname(RealVfs(vfs), name, size, out);
+  return PassVfs<&sqlite3_vfs::xDelete>(vfs, name, sync_folder);
 }
 
 }  // namespace
@@ -277,15 +224,8 @@ int FullPathname(sqlite3_vfs* vfs, const char* name, int size, char* out) {
 void RegisterPowerCutVfs() {
   static sqlite3_vfs vfs;
   if (vfs.pAppData != nullptr) return;
-  sqlite3_vfs* real = sqlite3_vfs_find(nullptr);
-  vfs = *real;
-  vfs.szOsFile = static_cast<int>(sizeof(ShimFile)) + real->szOsFile;
-  vfs.zName = kPowerCutVfs;
-  vfs.pAppData = real;
-  vfs.xOpen = Open;
+  vfs = VfsOver<CutFile>(sqlite3_vfs_find(nullptr), kPowerCutVfs, Open);
   vfs.xDelete = Delete;
-  vfs.xAccess = Access;
-  vfs.xFullPathname = FullPathname;
   sqlite3_vfs_register(&vfs, 0);
 }
 

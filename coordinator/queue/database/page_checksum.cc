@@ -1,7 +1,5 @@
 #include "coordinator/queue/database/page_checksum.h"
 
-#include <sqlite3.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -10,6 +8,8 @@
 #include <memory>
 #include <mutex>
 #include <vector>
+
+#include "coordinator/queue/database/vfs_shim.h"
 
 namespace parallax {
 namespace {
@@ -20,15 +20,13 @@ constexpr int kReservedAt = 20;    // In the header: the bytes at a page's end t
 constexpr char kMagic[] = "SQLite format 3";
 constexpr int kLeastPageBytes = 512;
 constexpr int kMostPageBytes = 65536;
+constexpr sqlite3_io_methods kPassing = PassingMethods();
 
 struct CheckedFile {
-  sqlite3_file base;
+  ShimFile shim;
   bool has_checksums;
-  sqlite3_file* real() { return reinterpret_cast<sqlite3_file*>(this + 1); }
 };
 CheckedFile* Checked(sqlite3_file* file) { return reinterpret_cast<CheckedFile*>(file); }
-sqlite3_file* Real(sqlite3_file* file) { return Checked(file)->real(); }
-sqlite3_vfs* RealVfs(sqlite3_vfs* vfs) { return static_cast<sqlite3_vfs*>(vfs->pAppData); }
 
 // Each step is one to one, so that one changed word changes the result.
 uint64_t ChecksumOf(const char* page, int bytes, sqlite3_int64 offset) {
@@ -67,7 +65,7 @@ bool HasLostItsMark(const char* page, int bytes) {
 }
 
 int Read(sqlite3_file* file, void* bytes, int amount, sqlite3_int64 offset) {
-  const int code = Real(file)->pMethods->xRead(Real(file), bytes, amount, offset);
+  const int code = kPassing.xRead(file, bytes, amount, offset);
   const char* page = static_cast<const char*>(bytes);
   if (code == SQLITE_OK && offset == 0 && amount >= kHeaderBytes) {
     Checked(file)->has_checksums =
@@ -87,90 +85,29 @@ int Write(sqlite3_file* file, const void* bytes, int amount, sqlite3_int64 offse
     Checked(file)->has_checksums = page[kReservedAt] == kChecksumBytes;
   }
   if (!Checked(file)->has_checksums || !IsPage(amount, offset)) {
-    return Real(file)->pMethods->xWrite(Real(file), bytes, amount, offset);
+    return kPassing.xWrite(file, bytes, amount, offset);
   }
   // On the stack: the last pages are written when the process ends, after its threads' variables.
   std::array<char, kMostPageBytes> copy;
   std::memcpy(copy.data(), page, static_cast<size_t>(amount));
   const uint64_t sum = ChecksumOf(page, amount, offset);
   std::memcpy(copy.data() + amount - kChecksumBytes, &sum, sizeof(sum));
-  return Real(file)->pMethods->xWrite(Real(file), copy.data(), amount, offset);
+  return kPassing.xWrite(file, copy.data(), amount, offset);
 }
 
-// ---- All else is the VFS's below
-int Close(sqlite3_file* file) { return Real(file)->pMethods->xClose(Real(file)); }
-int Truncate(sqlite3_file* file, sqlite3_int64 size) {
-  return Real(file)->pMethods->xTruncate(Real(file), size);
-}
-int Sync(sqlite3_file* file, int flags) { return Real(file)->pMethods->xSync(Real(file), flags); }
-int FileSize(sqlite3_file* file, sqlite3_int64* size) {
-  return Real(file)->pMethods->xFileSize(Real(file), size);
-}
-int Lock(sqlite3_file* file, int level) { return Real(file)->pMethods->xLock(Real(file), level); }
-int Unlock(sqlite3_file* file, int level) {
-  return Real(file)->pMethods->xUnlock(Real(file), level);
-}
-int CheckReservedLock(sqlite3_file* file, int* held) {
-  return Real(file)->pMethods->xCheckReservedLock(Real(file), held);
-}
-int FileControl(sqlite3_file* file, int what, void* argument) {
-  return Real(file)->pMethods->xFileControl(Real(file), what, argument);
-}
-int SectorSize(sqlite3_file* file) { return Real(file)->pMethods->xSectorSize(Real(file)); }
-int DeviceCharacteristics(sqlite3_file* file) {
-  return Real(file)->pMethods->xDeviceCharacteristics(Real(file));
-}
-int ShmMap(sqlite3_file* file, int page, int size, int extend, void volatile** memory) {
-  return Real(file)->pMethods->xShmMap(Real(file), page, size, extend, memory);
-}
-int ShmLock(sqlite3_file* file, int offset, int n, int flags) {
-  return Real(file)->pMethods->xShmLock(Real(file), offset, n, flags);
-}
-void ShmBarrier(sqlite3_file* file) { Real(file)->pMethods->xShmBarrier(Real(file)); }
-int ShmUnmap(sqlite3_file* file, int remove) {
-  return Real(file)->pMethods->xShmUnmap(Real(file), remove);
-}
-
-// Version 2: reads through a memory map, which version 3 has, would not be checked.
-const sqlite3_io_methods kMethods = {2,
-                                     Close,
-                                     Read,
-                                     Write,
-                                     Truncate,
-                                     Sync,
-                                     FileSize,
-                                     Lock,
-                                     Unlock,
-                                     CheckReservedLock,
-                                     FileControl,
-                                     SectorSize,
-                                     DeviceCharacteristics,
-                                     ShmMap,
-                                     ShmLock,
-                                     ShmBarrier,
-                                     ShmUnmap,
-                                     nullptr,
-                                     nullptr};
+constexpr sqlite3_io_methods kMethods = [] {
+  sqlite3_io_methods methods = kPassing;
+  methods.xRead = Read;
+  methods.xWrite = Write;
+  return methods;
+}();
 
 int Open(sqlite3_vfs* vfs, sqlite3_filename name, sqlite3_file* file, int flags, int* out_flags) {
-  sqlite3_vfs* real = RealVfs(vfs);
-  if ((flags & SQLITE_OPEN_MAIN_DB) == 0) return real->xOpen(real, name, file, flags, out_flags);
-  CheckedFile* checked = Checked(file);
-  checked->base.pMethods = nullptr;
-  checked->has_checksums = false;
-  const int code = real->xOpen(real, name, checked->real(), flags, out_flags);
-  // SQLite closes a file that has methods, even after an error.
-  if (checked->real()->pMethods != nullptr) checked->base.pMethods = &kMethods;
-  return code;
-}
-int Delete(sqlite3_vfs* vfs, const char* name, int sync_folder) {
-  return RealVfs(vfs)->xDelete(RealVfs(vfs), name, sync_folder);
-}
-int Access(sqlite3_vfs* vfs, const char* name, int flags, int* out) {
-  return RealVfs(vfs)->xAccess(RealVfs(vfs), name, flags, out);
-}
-int FullPathname(sqlite3_vfs* vfs, const char* name, int size, char* out) {
-  return RealVfs(vfs)->xFullPathname(RealVfs(vfs), name, size, out);
+  if ((flags & SQLITE_OPEN_MAIN_DB) == 0) {
+    return PassVfs<&sqlite3_vfs::xOpen>(vfs, name, file, flags, out_flags);
+  }
+  Checked(file)->has_checksums = false;
+  return OpenBelow<CheckedFile>(vfs, kMethods, name, file, flags, out_flags);
 }
 
 CheckedFile* FileOf(sqlite3* db) {
@@ -196,15 +133,7 @@ std::string ChecksumVfs(const std::string& base) {
   if (real == nullptr) return base;  // Opening says so.
   known = std::make_unique<Registered>();
   known->name = "checksum" + (base.empty() ? "" : "-" + base);
-  known->vfs = *real;
-  known->vfs.szOsFile = static_cast<int>(sizeof(CheckedFile)) + real->szOsFile;
-  known->vfs.pNext = nullptr;
-  known->vfs.zName = known->name.c_str();
-  known->vfs.pAppData = real;
-  known->vfs.xOpen = Open;
-  known->vfs.xDelete = Delete;
-  known->vfs.xAccess = Access;
-  known->vfs.xFullPathname = FullPathname;
+  known->vfs = VfsOver<CheckedFile>(real, known->name.c_str(), Open);
   sqlite3_vfs_register(&known->vfs, 0);
   return known->name;
 }
@@ -212,7 +141,8 @@ std::string ChecksumVfs(const std::string& base) {
 void ReserveChecksums(sqlite3* db) {
   CheckedFile* file = FileOf(db);
   sqlite3_int64 size = 0;
-  if (file == nullptr || FileSize(&file->base, &size) != SQLITE_OK || size > 0) return;
+  if (file == nullptr || kPassing.xFileSize(&file->shim.base, &size) != SQLITE_OK || size > 0)
+    return;
   int bytes = kChecksumBytes;
   sqlite3_file_control(db, "main", SQLITE_FCNTL_RESERVE_BYTES, &bytes);
   file->has_checksums = true;  // Pages may be written before the first one, which tells of it.

@@ -90,12 +90,24 @@ class Dispatcher::Impl {
     inbox_->Poke();
   }
 
-  void Heard(const std::string& name, const WorkerLink* link, const v1::Heartbeat& heartbeat) {
-    std::lock_guard lock(mu_);
-    FleetWorker* worker = fleet_.Present(name, link);
-    if (worker == nullptr) return;
-    worker->heard = clock_.Steady();
-    worker->draining = heartbeat.draining();
+  void Heard(const std::string& name, WorkerLink* link, const v1::Heartbeat& heartbeat) {
+    {
+      std::lock_guard lock(mu_);
+      if (FleetWorker* worker = fleet_.Present(name, link); worker != nullptr) {
+        worker->heard = clock_.Steady();
+        worker->draining = heartbeat.draining();
+      }
+    }
+    for (const v1::AttemptId& attempt :
+         queue_.Heartbeat(name, {heartbeat.running().begin(), heartbeat.running().end()})) {
+      v1::CoordinatorMessage message;
+      *message.mutable_stop()->mutable_attempt() = attempt;
+      message.mutable_stop()->set_reason("its lease is over");
+      link->Send(std::move(message));
+    }
+    v1::CoordinatorMessage ack;
+    ack.mutable_heartbeat_ack()->set_sequence(heartbeat.sequence());
+    link->Send(std::move(ack));
   }
 
   void Left(const std::string& name, const WorkerLink* link) {
@@ -396,7 +408,7 @@ void Dispatcher::AddCredit(const std::string& worker, const WorkerLink* link,
                            const v1::Credit& credit) {
   impl_->AddCredit(worker, link, credit);
 }
-void Dispatcher::Heard(const std::string& worker, const WorkerLink* link,
+void Dispatcher::Heard(const std::string& worker, WorkerLink* link,
                        const v1::Heartbeat& heartbeat) {
   impl_->Heard(worker, link, heartbeat);
 }

@@ -41,7 +41,9 @@ class Dispatcher final : public JobQueueObserver {
                     const std::function<void(const std::vector<v1::AttemptId>&)>& welcome);
   // Pass on the worker's messages. They are ignored unless `link` is the worker's current stream.
   void AddCredit(const std::string& worker, const WorkerLink* link, const v1::Credit& credit);
-  void Heard(const std::string& worker, const WorkerLink* link, const v1::Heartbeat& heartbeat);
+  // Renews the worker's leases, and answers on `link` even if it is an older stream: the attempts
+  // that it does not hold any more, then that it was heard.
+  void Heard(const std::string& worker, WorkerLink* link, const v1::Heartbeat& heartbeat);
   void Left(const std::string& worker, const WorkerLink* link);
   // Notes the end of an attempt. A worker that fails all its jobs while others succeed is
   // suspended; see ConductBook.

@@ -48,7 +48,7 @@ void WorkStream::OnReadDone(bool ok) {
     }
     case v1::WorkerMessage::kHeartbeat: {
       const absl::Status status = CheckHeartbeat(incoming_.heartbeat());
-      if (status.ok()) HandleHeartbeat(incoming_.heartbeat());
+      if (status.ok()) shared_.dispatcher.Heard(worker_, this, incoming_.heartbeat());
       return EndUnlessOk(status);
     }
     case v1::WorkerMessage::kHandBack:
@@ -88,21 +88,6 @@ void WorkStream::Join() {
     };
     self->EndUnlessOk(self->shared_.dispatcher.Join(self, self->incoming_.hello(), welcome));
   });
-}
-
-void WorkStream::HandleHeartbeat(const v1::Heartbeat& heartbeat) {
-  shared_.dispatcher.Heard(worker_, this, heartbeat);
-  const std::vector<v1::AttemptId> foreign =
-      shared_.queue.Heartbeat(worker_, {heartbeat.running().begin(), heartbeat.running().end()});
-  for (const v1::AttemptId& attempt : foreign) {
-    v1::CoordinatorMessage message;
-    *message.mutable_stop()->mutable_attempt() = attempt;
-    message.mutable_stop()->set_reason("its lease is over");
-    Send(std::move(message));
-  }
-  v1::CoordinatorMessage ack;
-  ack.mutable_heartbeat_ack()->set_sequence(heartbeat.sequence());
-  Send(std::move(ack));
 }
 
 void WorkStream::HandleHandBack() {

@@ -62,7 +62,6 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::C
 
   void ReadNext();
   void Join();
-  void HandleHeartbeat(const v1::Heartbeat& heartbeat);
   void HandleHandBack();
   void EndUnlessOk(const absl::Status& status);
 

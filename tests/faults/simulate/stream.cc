@@ -114,20 +114,9 @@ void SimStream::Join(v1::Hello hello) {
 
 void SimStream::Heartbeat(const v1::Heartbeat& heartbeat) {
   coordinator_.dispatcher().Heard(worker_, this, heartbeat);
-  const std::vector<v1::AttemptId> foreign = coordinator_.queue().Heartbeat(
-      worker_, {heartbeat.running().begin(), heartbeat.running().end()});
   std::vector<v1::AttemptId> running;
   for (const v1::Progress& progress : heartbeat.running()) running.push_back(progress.attempt());
   coordinator_.model().Heard(worker_, running, heartbeat.draining());
-  for (const v1::AttemptId& attempt : foreign) {
-    v1::CoordinatorMessage message;
-    *message.mutable_stop()->mutable_attempt() = attempt;
-    message.mutable_stop()->set_reason("its lease is over");
-    Send(std::move(message));
-  }
-  v1::CoordinatorMessage ack;
-  ack.mutable_heartbeat_ack()->set_sequence(heartbeat.sequence());
-  Send(std::move(ack));
 }
 
 void SimStream::HandBack(const v1::HandBack& back) {

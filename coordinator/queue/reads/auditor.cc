@@ -24,7 +24,7 @@ constexpr size_t kShownOfAKind = 10;
   " WHERE s.forgotten > 0)"
 // Its result was damaged: another generation makes it again, unless the study is cancelled.
 #define TAKEN_BACK                                                                     \
-  "(EXISTS (SELECT 1 FROM jobs AS n WHERE n.variant_id = j.variant_id"                 \
+  "(EXISTS (SELECT 1 FROM all_jobs AS n WHERE n.variant_id = j.variant_id"             \
   " AND n.ordinal = j.ordinal AND n.kind = j.kind AND n.generation > j.generation)"    \
   " OR EXISTS (SELECT 1 FROM studies AS c WHERE c.id = j.study_id AND c.cancelled = 1" \
   " AND NOT EXISTS (SELECT 1 FROM results AS e WHERE e.work_key = j.work_key)))"

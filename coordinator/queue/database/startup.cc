@@ -37,6 +37,9 @@ absl::Status NoteUnheard(SqliteConnection& db, double now_unix_s) {
       db.Run("INSERT OR IGNORE INTO unheard_workers"
              " SELECT DISTINCT worker, ?1 FROM jobs WHERE state = 'LEASED'",
              now_unix_s));
+  // The clock was set back.
+  RETURN_IF_ERROR(
+      db.Run("UPDATE unheard_workers SET since_unix_s = ?1 WHERE since_unix_s > ?1", now_unix_s));
   return db.Run("COMMIT");
 }
 

@@ -61,6 +61,7 @@ struct UnsafeForTest {
   bool keep_generation = false;  // Give a retry the generation of its predecessor.
   bool forget_unfinished = false;  // Forget studies that have not ended.
   bool archive_newest = false;     // Archive the newest job of all, too.
+  bool hear_at_start = false;      // Count every lease as just heard of at each start.
 };
 
 // Options of a queue. The defaults are those of `coordinator serve`.

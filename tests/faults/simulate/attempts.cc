@@ -4,6 +4,7 @@
 
 #include "tests/faults/life.h"
 #include "tests/faults/simulate/worker.h"
+#include "tests/job_messages.h"
 #include "tests/noop/noop_kind.h"
 
 namespace parallax::faults {
@@ -77,6 +78,15 @@ Report SimWorker::ReportOf(const Run& run) {
   v1::CompleteRequest complete =
       rejects ? RejectAnswer(run.lease, name_, dice_.Bernoulli(0.5)) : AnswerOf(run.lease, name_);
   complete.set_coordinator_id(id);
+  if (complete.kind() == "render") {
+    EditRender(complete, [](v1::RenderResult& result) {
+      for (v1::FrameResult& frame : *result.mutable_frames()) {
+        (*frame.mutable_statistics())["mean_intensity"] = 100;
+        (*frame.mutable_statistics())["min_depth_m"] = 1;
+      }
+    });
+  }
+  if (knobs.has_files) coordinator_.disk().PutFiles(complete);
   return {std::move(complete)};
 }
 

@@ -16,7 +16,10 @@ void SimClient::Start() {
   for (int i = 0; i < world_.knobs.studies; ++i) {
     ++open_;
     world_.schedule.After(i == 0 ? 0 : world_.knobs.faults_s * 0.7 * dice_.Uniform(),
-                          [this, request = StudyOf(i)] { Submit(request); });
+                          [this, request = StudyOf(i)] {
+                            --open_;
+                            Submit(request);
+                          });
   }
   if (world_.knobs.order_every_s > 0) OrderLater();
 }
@@ -54,6 +57,7 @@ void SimClient::Submit(const v1::SubmitRequest& request) {
 }
 
 void SimClient::CallUntilDone(std::function<bool()> call) {
+  ++open_;
   Repeat(std::make_shared<OpenCall>(OpenCall{std::move(call), false}));
 }
 
@@ -86,6 +90,7 @@ void SimClient::OrderLater() {
 void SimClient::GiveOrder() {
   const int draw = dice_.UniformInt(0, 99);
   if (draw < 10) {
+    if (coordinator_.IsInCrashLoop()) return;  // Starts count by the wall clock.
     // Epochs follow the clock, so that a backup does not repeat them if that is not set back.
     const double least = world_.knobs.lie == Lie::kOlder ? 0 : -1;
     return coordinator_.clock().JumpWall(dice_.Uniform(least, 1) * 60 * world_.knobs.queue.lease_s);
@@ -159,13 +164,11 @@ void SimClient::Order(int64_t study, const char* name, const std::function<absl:
 
 void SimClient::Settle() {
   for (const std::string& worker : workers_) {
-    ++open_;
     CallUntilDone([this, worker] {
       SetDrain(worker, true);
       return true;
     });
   }
-  ++open_;
   CallUntilDone([this] {
     for (const int64_t study : studies_) {
       Order(

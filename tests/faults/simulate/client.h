@@ -23,6 +23,11 @@ class SimClient {
   // Returns whether all studies are submitted and everything is undone.
   bool is_done() const { return open_ == 0; }
 
+  // Calls until the coordinator answers. `call` runs in its pool and returns whether it is done.
+  void CallUntilDone(std::function<bool()> call);
+  // Calls once. The request may be lost.
+  void Call(std::function<void()> call);
+
  private:
   v1::SubmitRequest StudyOf(int index);
   void Submit(const v1::SubmitRequest& request);
@@ -30,15 +35,11 @@ class SimClient {
   void GiveOrder();
   void Steer(int64_t study, int draw);
   void SetDrain(const std::string& worker, bool undo);
-  // Calls until the coordinator answers. `call` runs in its pool and returns whether it is done.
-  void CallUntilDone(std::function<bool()> call);
   struct OpenCall {
     std::function<bool()> call;
     bool done = false;
   };
   void Repeat(const std::shared_ptr<OpenCall>& open);
-  // Calls once. The request may be lost.
-  void Call(std::function<void()> call);
   // Asks the queue to do something about a study and tells the model.
   void Order(int64_t study, const char* name, const std::function<absl::Status()>& ask,
              const std::function<void()>& tell);

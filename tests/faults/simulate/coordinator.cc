@@ -4,8 +4,8 @@
 
 #include <utility>
 
-#include "coordinator/rpc/storage/store_claim.h"
 #include "coordinator/rpc/validation.h"
+#include "coordinator/rpc/workers/output_check.h"
 #include "tests/faults/life.h"
 
 namespace parallax::faults {
@@ -33,7 +33,9 @@ SimCoordinator::SimCoordinator(World& world, const std::string& folder)
               .disk_lies = world.knobs.disk_errs || world.knobs.lie != Lie::kNone},
              clock_),
       dice_(world.rng.Child("coordinator/events")),
-      liar_(folder) {
+      liar_(folder),
+      disk_(folder) {
+  if (world.knobs.has_stream) model_.HasStreams();
   RegisterPowerCutVfs();
   // Random numbers of SQLite become the same for the same seed.
   sqlite3_test_control(SQLITE_TESTCTRL_PRNG_SEED, static_cast<int>(world.seed % 0x7fffffff) + 1,
@@ -48,7 +50,7 @@ SimCoordinator::~SimCoordinator() {
 
 VfsPlan SimCoordinator::DrawPlan() {
   VfsPlan plan{.lose_unsynced = true, .seed = dice_.Bits64(), .in_process = true};
-  if (!world_.has_faults) return plan;
+  if (!world_.has_faults || IsInCrashLoop()) return plan;
   // Half of the lives end at one of the operations on files, if they come so far.
   if (world_.knobs.coordinator_life_s > 0 && dice_.Bernoulli(0.5)) {
     plan.die_at = dice_.UniformInt(1, dice_.Bernoulli(0.3) ? 60 : 3000);
@@ -67,6 +69,7 @@ void SimCoordinator::Start() {
   if (is_up() || refused_) return;
   ++lives_;
   SetVfsPlan(DrawPlan());
+  model_.Starts();
   absl::Status status;
   try {
     status = OpenOrPutBack();
@@ -86,7 +89,17 @@ void SimCoordinator::Start() {
     });
   }
   if (world_.knobs.lie == Lie::kOlder && backup_ == nullptr) BackUpLater(life);
+  if (IsInCrashLoop()) {
+    world_.schedule.After(world_.knobs.queue.lease_s * dice_.Uniform(0.1, 0.8), [this, life] {
+      if (Lives(life)) Die(/*power_cut=*/false);
+    });
+    if (!std::exchange(loop_.checks, true)) {
+      world_.schedule.After(2 * world_.knobs.queue.lease_s, [this] { CheckCrashLoop(); });
+    }
+  }
   TickLater(life);
+  if (world_.knobs.has_stream) KeepStreamsLater(life);
+  if (world_.knobs.has_files) LookIntoStoreLater(life);
   Enter([this] { model_.Compare(queue(), /*at_end=*/false); });
 }
 
@@ -96,20 +109,26 @@ absl::Status SimCoordinator::OpenQueue() {
   options.vfs = kPowerCutVfs;
   options.clock = &clock_;
   options.kinds = &Kinds();
-  options.open_store = [this](const KnownStore& known) -> absl::StatusOr<std::string> {
-    ASSIGN_OR_RETURN(const auto store, ClaimStore("file://" + folder_ + "/store", known, false));
-    return store->Id();
+  auto life = std::make_unique<Life>();
+  options.open_store = [this,
+                        &life = *life](const KnownStore& known) -> absl::StatusOr<std::string> {
+    ASSIGN_OR_RETURN(life.store, ClaimStore(disk_.uri(), known, false));
+    life.there = std::make_unique<FilePresence>(*life.store);
+    return life.store->Id();
   };
+  if (world_.knobs.has_files) {
+    options.files_there = [&life = *life](const auto& files) { return life.there->Has(files); };
+  }
   options.on_fatal = [this](const absl::Status& status) {
     HandleFatal(status);
     throw ProcessEnds();
   };
   options.unsafe_for_test = world_.mutation.queue;
-  auto life = std::make_unique<Life>();
   ASSIGN_OR_RETURN(life->queue, JobQueue::Open(options));
   life->dispatcher = std::make_unique<Dispatcher>(
       *life->queue, life->pool, clock_, world_.knobs.reconnect_grace_s, /*own_thread=*/false);
   life->queue->SetObserver(this);
+  life->streams = std::make_unique<StreamKeeper>(*life->queue, clock_);
   life_ = std::move(life);
   return absl::OkStatus();
 }
@@ -178,7 +197,7 @@ void SimCoordinator::Bury(const char* how) {
   const std::unique_ptr<Life> dead = std::move(life_);
   if (dead != nullptr) dead->queue->SetObserver(nullptr);
   if (refused_) return world_.story.Tell("coordinator: its database is damaged");
-  const double away_s = world_.has_faults && dice_.Bernoulli(0.3)
+  const double away_s = world_.has_faults && !IsInCrashLoop() && dice_.Bernoulli(0.3)
                             ? dice_.Uniform() * 2 * world_.knobs.queue.lease_s
                             : world_.knobs.turn_s;
   world_.schedule.After(away_s, [this] { Start(); });
@@ -255,16 +274,22 @@ std::string SimCoordinator::NameOf(const absl::StatusOr<v1::ReportOutcome>& outc
 void SimCoordinator::Complete(const v1::CompleteRequest& request, Reply reply) {
   if (request.coordinator_id() != queue().database_id())
     return reply(v1::REPORT_OUTCOME_STALE_FENCE);
+  const absl::StatusOr<std::string> wrong = WhyWrong(request);
+  if (!wrong.ok()) return reply(Unavailable("{}", wrong.status().message()));
   model_.ReportBegins(request.attempt());
   queue().CompleteAsync(
-      request, "",
-      [this, attempt = request.attempt(), worker = request.worker(),
+      request, *wrong,
+      [this, attempt = request.attempt(), worker = request.worker(), is_wrong = !wrong->empty(),
        reply = std::move(reply)](const absl::StatusOr<v1::ReportOutcome>& outcome) {
         if (VfsHasEnded()) return;
         world_.story.Tell("coordinator: job {} attempt {:x} of {} done: {}", attempt.job_id(),
                           attempt.fence(), worker, NameOf(outcome));
         if (outcome.ok() && *outcome == v1::REPORT_OUTCOME_OK) dispatcher().Reported(worker, true);
-        model_.ReportEnds(attempt, QueueModel::Report::kComplete, outcome);
+        if (is_wrong && absl::IsInvalidArgument(outcome.status())) {
+          model_.ReportEnds(attempt, QueueModel::Report::kFail, v1::REPORT_OUTCOME_OK);
+        } else {
+          model_.ReportEnds(attempt, QueueModel::Report::kComplete, outcome);
+        }
         reply(outcome);
       });
 }

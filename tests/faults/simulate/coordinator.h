@@ -8,11 +8,14 @@
 #include <string>
 
 #include "coordinator/queue/job_queue.h"
+#include "coordinator/rpc/storage/store_claim.h"
 #include "coordinator/rpc/task_pool.h"
 #include "coordinator/rpc/workers/dispatcher.h"
+#include "coordinator/stream/stream_keeper.h"
 #include "tests/faults/power_cut_vfs.h"
 #include "tests/faults/simulate/liar.h"
 #include "tests/faults/simulate/model.h"
+#include "tests/faults/simulate/shared_disk.h"
 #include "tests/faults/simulate/stream.h"
 #include "tests/faults/simulate/world.h"
 
@@ -28,6 +31,10 @@ class SimCoordinator final : public JobQueueObserver {
   void End() { life_.reset(); }
   // Ends the process, or its machine's power.
   void Die(bool power_cut);
+  // From now on, for many leases, it is killed more often than a lease lasts. The worker has died
+  // with these attempts.
+  void BeginCrashLoop(const std::string& worker, const std::vector<v1::AttemptId>& attempts);
+  bool IsInCrashLoop() const { return world_.schedule.now() < loop_.until_s; }
   // Its disk makes no errors any more.
   void Mend() { MendDisk(); }
   // Returns whether it has noticed that its disk lies, and refuses to go on.
@@ -48,6 +55,11 @@ class SimCoordinator final : public JobQueueObserver {
   JobQueue& queue() { return *life_->queue; }
   Dispatcher& dispatcher() { return *life_->dispatcher; }
   TaskPool& pool() { return life_->pool; }
+  StreamKeeper& streams() { return *life_->streams; }
+  SharedDisk& disk() { return disk_; }
+  // Returns a file of a published result that is not on the disk as it was put there; empty: all
+  // are.
+  std::string WrongFile();
   // Notes, or returns, the process of this worker that said hello last.
   void TookIn(const std::string& worker, const std::string& process) {
     process_of_[worker] = process;
@@ -66,9 +78,18 @@ class SimCoordinator final : public JobQueueObserver {
  private:
   // One start's. Destroyed in reverse order.
   struct Life {
+    std::unique_ptr<Store> store;
+    std::unique_ptr<FilePresence> there;
     std::unique_ptr<JobQueue> queue;
     TaskPool pool{0};
     std::unique_ptr<Dispatcher> dispatcher;
+    std::unique_ptr<StreamKeeper> streams;
+  };
+  struct Loop {
+    double until_s = 0;
+    std::string worker;
+    std::vector<v1::AttemptId> attempts;
+    bool checks = false;  // It is planned when they must be with other workers.
   };
   VfsPlan DrawPlan();
   absl::Status OpenQueue();
@@ -85,6 +106,13 @@ class SimCoordinator final : public JobQueueObserver {
   bool PoolTurn();
   bool DispatcherTurn();
   void TickLater(int life);
+  void KeepStreamsLater(int life);
+  void CheckCrashLoop();
+  // Reads the store again, as `coordinator check --deep` does, and removes litter.
+  void LookIntoStoreLater(int life);
+  void ReadStore(bool repair);
+  // Returns why a result is wrong, for its files; empty: it is not.
+  absl::StatusOr<std::string> WhyWrong(const v1::CompleteRequest& request);
 
   World& world_;
   const std::string folder_;
@@ -92,6 +120,8 @@ class SimCoordinator final : public JobQueueObserver {
   QueueModel model_;
   Rng dice_;
   DatabaseLiar liar_;
+  SharedDisk disk_;
+  Loop loop_;
   std::map<std::string, std::string> process_of_;
   std::unique_ptr<QueueModel> backup_;  // The model when the backup was made.
   std::unique_ptr<Life> life_;

@@ -41,7 +41,7 @@ void DrawCoordinator(Rng& rng, Knobs& knobs) {
   knobs.coordinator_life_s = queue.lease_s * Sometimes(rng, 0.75, 1, 50);
   knobs.power_cut_p = rng.Uniform();
   knobs.disk_errs = rng.Bernoulli(0.2);
-  knobs.lie = rng.Bernoulli(0.3) ? static_cast<Lie>(rng.UniformInt(1, 4)) : Lie::kNone;
+  knobs.lie = rng.Bernoulli(0.3) ? static_cast<Lie>(rng.UniformInt(1, 5)) : Lie::kNone;
   knobs.lie_at = rng.UniformInt(2, 5);
   if (knobs.lie != Lie::kNone || knobs.disk_errs) {
     knobs.coordinator_life_s = queue.lease_s * LogUniform(rng, 1, 10);
@@ -104,6 +104,15 @@ Knobs DrawKnobs(Rng rng) {
   DrawMachines(rng, knobs);
   DrawWork(rng, knobs);
   knobs.faults_s = knobs.queue.lease_s * LogUniform(rng, 5, 40);
+  knobs.has_files = rng.Bernoulli(0.2) || knobs.lie == Lie::kNoStore;
+  knobs.store_lie_every_s = knobs.faults_s * Sometimes(rng, 0.8, 0.1, 1);
+  if (knobs.lie != Lie::kNone) return knobs;  // A backup has old positions and leases.
+  knobs.has_stream = rng.Bernoulli(0.2);
+  if (knobs.has_stream) knobs.queue.archive_after_s = 0;  // A failed chunk is retried in the end.
+  if (!knobs.disk_errs && rng.Bernoulli(0.15)) {
+    knobs.faults_s = std::max(knobs.faults_s, 15 * knobs.queue.lease_s);
+    knobs.crash_loop_at_s = rng.Uniform(0.1, 0.5) * knobs.faults_s;
+  }
   return knobs;
 }
 

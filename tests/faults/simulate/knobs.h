@@ -14,6 +14,7 @@ enum class Lie {
   kOlder,       // A backup is put back, a day later.
   kAnother,     // Another farm's database is put in its place.
   kNoLog,       // Its log (WAL) is deleted.
+  kNoStore,     // The folder of the store is gone.
 };
 
 struct Knobs {
@@ -30,6 +31,9 @@ struct Knobs {
   bool disk_errs = false;    // Its disk has errors, or is full, now and then.
   Lie lie = Lie::kNone;
   int lie_at = 2;  // Before this start of it, or a later one.
+  // When it is killed more often than a lease lasts, for many leases, and one worker with it; 0:
+  // never.
+  double crash_loop_at_s = 0;
 
   // The network.
   double delay_s = 0.05;  // The longest delay of most messages.
@@ -57,6 +61,9 @@ struct Knobs {
   double reject_p = 0.05;  // Of solves.
   double kill_p = 0.01;    // The job takes its worker with it.
   double order_every_s = 60;
+  bool has_files = false;         // Results have files in a store, which is read again.
+  double store_lie_every_s = 60;  // Between changes of such a file behind everybody's back.
+  bool has_stream = false;        // A training takes the pairs of a stream.
 };
 
 Knobs DrawKnobs(Rng rng);

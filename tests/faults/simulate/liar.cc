@@ -66,11 +66,18 @@ std::string DatabaseLiar::Tell(Lie lie, Rng& dice, double unix_s) {
       fs::remove(path + "-wal");
       fs::remove(path + "-shm");
       return "the log is deleted";
+    case Lie::kNoStore:
+      fs::rename(folder_ + "/store", folder_ + "/kept-store");
+      return "the folder of the store is gone";
   }
   return "";
 }
 
 void DatabaseLiar::PutBack() {
+  const std::string store = folder_ + "/store";
+  if (fs::exists(folder_ + "/kept-store") && !fs::exists(store)) {
+    fs::rename(folder_ + "/kept-store", store);
+  }
   RemoveDatabase();
   for (const char* ending : kEndings)
     Copy(folder_ + "/kept" + ending, folder_ + "/queue.db" + ending);

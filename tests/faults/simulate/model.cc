@@ -46,15 +46,25 @@ std::string QueueModel::Name(int64_t job, const Job& row) const {
 }
 
 // ---- The coordinator's life
+void QueueModel::Starts() {
+  const double now = clock_.UnixSeconds();
+  for (auto& [name, worker] : workers_) {
+    worker.unheard_unix_s = std::min(worker.unheard_unix_s.value_or(now), now);
+  }
+}
+
 void QueueModel::Started(uint64_t epoch) {
   if (epoch <= epoch_) Complain(fmt::format("epoch {:x} comes after {:x}", epoch, epoch_));
   epoch_ = epoch;
-  // Every lease counts as just heard of.
+  // A lease counts as heard of at the first start that its worker has said nothing to.
   for (auto& [id, job] : jobs_) {
-    job.heard_s = Now();
+    const double since = workers_[job.worker].unheard_unix_s.value_or(clock_.UnixSeconds());
+    job.heard_s = Now() - (clock_.UnixSeconds() - since);
   }
   for (auto& [name, worker] : workers_) {
-    worker = {.heard_s = 1e18, .drained_s = worker.drained_s};  // Nobody waits for its hello.
+    worker = {.heard_s = 1e18,  // Nobody waits for its hello.
+              .drained_s = worker.drained_s,
+              .unheard_unix_s = worker.unheard_unix_s};
   }
 }
 

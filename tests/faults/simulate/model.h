@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -29,12 +30,15 @@ class QueueModel {
   QueueModel(const Options& options, Clock& clock) : options_(options), clock_(clock) {}
 
   // ---- The coordinator's life
+  void Starts();
   void Started(uint64_t epoch);
   void Died();
   // The database of then has been put back. Fences stay given.
   void Rewind(const QueueModel& then);
   // Somebody has changed its files. Before, no database counts as damaged.
   void DiskLies() { files_changed_ = true; }
+  // There are studies that no client has submitted: nothing is known of their end.
+  void HasStreams() { studies_[0].in_doubt = true; }
 
   // ---- Clients. Begins: the command has come; Ends: it was answered with success.
   enum class Order { kCancel, kPause, kResume, kRetry, kForget };
@@ -100,6 +104,8 @@ class QueueModel {
     const void* stream = nullptr;
     bool draining = false, left = false;
     double drained_s = 1e18;  // Since when it is to get nothing.
+    // The first start that has found it away. Absent once it has said hello.
+    std::optional<double> unheard_unix_s;
   };
 
   double Now() { return SecondsOf(clock_.Steady()); }

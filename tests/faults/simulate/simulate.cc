@@ -43,6 +43,7 @@ const NamedMutation kMutations[] = {
     {"keep-generation", {.queue = {.keep_generation = true}}},
     {"forget-unfinished", {.queue = {.forget_unfinished = true}}},
     {"archive-newest", {.queue = {.archive_newest = true}}},
+    {"hear-at-start", {.queue = {.hear_at_start = true}}},
     {"no-outbox", {.no_outbox = true}},
     {"send-once", {.send_once = true}},
     {"remove-early", {.remove_early = true}},

@@ -6,6 +6,7 @@
 
 #include "tests/faults/experiment.h"
 #include "tests/faults/simulate/client.h"
+#include "tests/faults/simulate/consumer.h"
 #include "tests/faults/simulate/coordinator.h"
 #include "tests/faults/simulate/worker.h"
 
@@ -27,6 +28,9 @@ class Run {
       names.push_back(workers_.back()->name());
     }
     client_ = std::make_unique<SimClient>(world_, coordinator_, names);
+    if (world_.knobs.has_stream) {
+      consumer_ = std::make_unique<SimConsumer>(world_, coordinator_, *client_);
+    }
   }
 
   ~Run() { coordinator_.End(); }  // Before the workers, who have its streams' lines.
@@ -34,6 +38,11 @@ class Run {
   RunResult Live() {
     coordinator_.Start();
     client_->Start();
+    if (consumer_ != nullptr) consumer_->Start();
+    if (world_.knobs.store_lie_every_s > 0 && world_.knobs.has_files) LieLater();
+    if (world_.knobs.crash_loop_at_s > 0) {
+      world_.schedule.After(world_.knobs.crash_loop_at_s, [this] { BeginCrashLoop(); });
+    }
     for (const auto& worker : workers_) {
       world_.schedule.After(world_.Next(world_.knobs.worker_away_s),
                             [&worker] { worker->Start(); });
@@ -60,6 +69,27 @@ class Run {
   }
 
  private:
+  void LieLater() {
+    world_.schedule.After(world_.Next(world_.knobs.store_lie_every_s), [this] {
+      if (!world_.has_faults) return;
+      world_.story.Tell("the store: {}", coordinator_.disk().Lie(world_.dice));
+      LieLater();
+    });
+  }
+
+  // As soon as a worker has jobs that may go on.
+  void BeginCrashLoop() {
+    if (!world_.has_faults) return;
+    const double lease_s = world_.knobs.queue.lease_s;
+    for (const auto& worker : workers_) {
+      const std::vector<v1::AttemptId> attempts = worker->running();
+      if (attempts.empty() || !coordinator_.is_up()) continue;
+      worker->Die("is killed, with its coordinator", 5 * lease_s);
+      return coordinator_.BeginCrashLoop(worker->name(), attempts);
+    }
+    world_.schedule.After(lease_s / 10, [this] { BeginCrashLoop(); });
+  }
+
   bool sound() { return coordinator_.model().complaints().empty(); }
   bool goes_on() { return sound() && !coordinator_.has_refused(); }
 
@@ -79,22 +109,29 @@ class Run {
 
   bool HasEnded() {
     if (!coordinator_.is_up() || !client_->is_done()) return false;
+    if (consumer_ != nullptr && !consumer_->is_done()) return false;
     for (const auto& worker : workers_) {
       if (worker->pending() > 0) return false;
     }
     const auto open = coordinator_.queue().ListStudies(1, 0, /*only_unfinished=*/true);
-    return open.ok() && open->empty();
+    return open.ok() && open->empty() && coordinator_.WrongFile().empty();
   }
 
   void Judge() {
     QueueModel& model = coordinator_.model();
     if (!client_->is_done()) model.Complain("the clients' calls are not answered");
+    if (consumer_ != nullptr && !consumer_->is_done()) {
+      model.Complain("a stream has not delivered its pairs, or is not gone after its end");
+    }
     for (const auto& worker : workers_) {
       if (worker->pending() > 0) {
         model.Complain(worker->name() + " has reports that are not answered");
       }
     }
     if (!coordinator_.is_up()) return model.Complain("the coordinator is not up");
+    if (const std::string file = coordinator_.WrongFile(); !file.empty()) {
+      model.Complain(file + " is published, and is not in the store as it was put there");
+    }
     model.Compare(coordinator_.queue(), /*at_end=*/true);
   }
 
@@ -103,6 +140,7 @@ class Run {
   SimCoordinator coordinator_;
   std::vector<std::unique_ptr<SimWorker>> workers_;
   std::unique_ptr<SimClient> client_;
+  std::unique_ptr<SimConsumer> consumer_;
 };
 
 }  // namespace

@@ -111,6 +111,13 @@ void SimWorker::Later(double seconds, std::function<void()> event) {
   });
 }
 
+std::vector<v1::AttemptId> SimWorker::running() const {
+  std::vector<v1::AttemptId> attempts;
+  if (process_ == nullptr) return attempts;
+  for (const Run& run : process_->runs) attempts.push_back(run.lease.attempt());
+  return attempts;
+}
+
 // ---- Faults
 void SimWorker::PlanFaults(int) {
   if (!world_.has_faults) return;

@@ -33,6 +33,10 @@ class SimWorker {
   const std::string& name() const { return name_; }
   // Returns how many of the attempts that ended here have no definitive answer.
   size_t pending() const { return unanswered_.size(); }
+  // Returns the attempts that it runs.
+  std::vector<v1::AttemptId> running() const;
+  // Kills it. It comes back after `away_s`.
+  void Die(const char* how, double away_s);
 
  private:
   using Key = std::pair<int64_t, uint64_t>;  // Job and fence.
@@ -64,7 +68,6 @@ class SimWorker {
   };
 
   bool Lives(int life) const { return process_ != nullptr && life == lives_; }
-  void Die(const char* how, double away_s);
   void PlanFaults(int life);
   void CloseLine();
   void BreakStream();

@@ -208,6 +208,19 @@ TEST_F(JobQueueTest, StartsInQuickSuccessionProlongNoLeaseOfADeadWorker) {
   EXPECT_EQ(Complete(Answer(dead, "dead")), v1::REPORT_OUTCOME_STALE_FENCE);
 }
 
+TEST_F(JobQueueTest, AClockThatWasSetBackProlongsNoLeaseOfADeadWorker) {
+  Submit({.pairs = 4});
+  const v1::Lease dead = LeaseOne(AnyWorker("dead"));
+  Reopen();
+  clock_.JumpWall(-1e6);
+  for (int start = 0; start < 6; ++start) {
+    Reopen();
+    clock_.Advance(9);
+    Tick();
+  }
+  EXPECT_FALSE(queue_->IsHeldBy("dead", dead.attempt()));
+}
+
 TEST_F(JobQueueTest, LeasesThatNeverReachedTheirWorkersSayNothingAgainstTheJob) {
   const StudyId study = Submit({.pairs = 2});
   for (const bool same_process : {true, false}) {

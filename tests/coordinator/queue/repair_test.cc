@@ -167,6 +167,14 @@ TEST_F(RepairTest, ANetworkThatIsDamagedIsTrainedAgainBeforeItIsScored) {
   EXPECT_EQ(State(study), v1::STUDY_STATE_RUNNING);
   EvaluateAll();
   EXPECT_EQ(State(study), v1::STUDY_STATE_SUCCEEDED);
+  // In the archive it is known, too, that they were made again.
+  options_.archive_after_s = 1000;
+  Reopen();
+  Submit({.name = "new", .seed = 2});
+  clock_.Advance(2000);
+  for (int i = 0; i < 5; ++i) Tick();
+  EXPECT_GT(queue_->Stats().archived_jobs, 0u);
+  ExpectSound();
 }
 
 TEST_F(RepairTest, ThePlaceOfAPassIsKept) {

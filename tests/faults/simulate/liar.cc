@@ -67,6 +67,7 @@ std::string DatabaseLiar::Tell(Lie lie, Rng& dice, double unix_s) {
       fs::remove(path + "-shm");
       return "the log is deleted";
     case Lie::kNoStore:
+      if (!fs::exists(folder_ + "/store")) return "there is no store yet";
       fs::rename(folder_ + "/store", folder_ + "/kept-store");
       return "the folder of the store is gone";
   }

@@ -47,6 +47,11 @@ SearchesService::Reactor* SearchesService::Open(Context* context,
     RETURN_IF_ERROR(CheckPriority(CallerOf(*context), study.priority()));
     ResolveTraining(&study);
     if (content_ != nullptr) RETURN_IF_ERROR(content_->CheckStudy(study));
+    const absl::StatusOr<std::string> opened_by = keeper_.OpenedBy(study.name());
+    if (opened_by.ok()) {
+      RETURN_IF_ERROR(CheckOpener(CallerOf(*context), *opened_by, "search " + Quoted(study.name()),
+                                  "to go on with"));
+    }
     ASSIGN_OR_RETURN(*reply, keeper_.Open(study, ActorOf(*context)));
     LogInfo("search opened", {{"search", study.name()}});
     return absl::OkStatus();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -16,6 +17,11 @@ namespace parallax {
 namespace {
 
 using SamplerJson = nlohmann::ordered_json;
+
+constexpr int kMostDepth = 8;       // Of an answer; writing it takes stack for each level.
+constexpr size_t kMostShown = 100;  // Bytes of a value in an error.
+
+std::string Shown(const SamplerJson& json) { return Printable(json.dump().substr(0, kMostShown)); }
 
 SamplerJson SpaceJson(const SearchSpace& space) {
   SamplerJson json = SamplerJson::array();
@@ -45,7 +51,7 @@ SamplerJson ValuesJson(const SearchSpace& space, const SearchValues& values) {
     const std::string* value = ValueOf(values, field.path());
     if (value == nullptr) continue;
     if (field.choices().empty()) {
-      json[field.path()] = std::stod(*value);
+      json[field.path()] = std::strtod(value->c_str(), nullptr);
     } else {
       json[field.path()] = *value;
     }
@@ -60,22 +66,22 @@ absl::StatusOr<std::string> ValueText(const v1::SearchField& field, const Sample
     const bool fits = value >= field.low() && value <= field.high() &&
                       (!field.integer() || value == std::floor(value));
     if (fits) return SearchNumberText(field, value);
-    return InvalidArgument("{} is {}, allowed is {} in [{}, {}]", field.path(), json.dump(),
+    return InvalidArgument("{} is {}, allowed is {} in [{}, {}]", field.path(), Shown(json),
                            field.integer() ? "a whole number" : "a number", field.low(),
                            field.high());
   }
   const std::string text = json.is_string() ? json.get<std::string>() : json.dump();
   if (std::count(field.choices().begin(), field.choices().end(), text) > 0) return text;
-  return InvalidArgument("{} is {}, allowed are: {}", field.path(), json.dump(),
+  return InvalidArgument("{} is {}, allowed are: {}", field.path(), Shown(json),
                          fmt::join(field.choices(), ", "));
 }
 
 absl::StatusOr<SearchValues> ValuesFrom(const SearchSpace& space, const SamplerJson& json) {
-  if (!json.is_object()) return InvalidArgument("is {}, wanted {{PATH: VALUE}}", json.dump());
-  for (const auto& [path, value] : json.items()) {
-    const auto is_named = [&](const v1::SearchField& field) { return field.path() == path; };
+  if (!json.is_object()) return InvalidArgument("is {}, wanted {{PATH: VALUE}}", Shown(json));
+  for (const auto& entry : json.items()) {
+    const auto is_named = [&](const v1::SearchField& field) { return field.path() == entry.key(); };
     if (std::any_of(space.begin(), space.end(), is_named)) continue;
-    return InvalidArgument("{} is no field of the space", Quoted(path));
+    return InvalidArgument("{} is no field of the space", Quoted(entry.key()));
   }
   SearchValues values;
   for (const v1::SearchField& field : space) {
@@ -113,13 +119,22 @@ std::string AskText(const v1::SearchRecord& record, const std::vector<TrialScore
     }
     ask["history"].push_back(std::move(one));
   }
-  return ask.dump(1) + "\n";
+  // Errors of jobs may hold any bytes.
+  return ask.dump(1, ' ', false, SamplerJson::error_handler_t::replace) + "\n";
 }
 
 absl::StatusOr<std::vector<v1::SearchTrial>> AnsweredTrials(const v1::SearchRecord& record,
                                                             const std::string& answer, int count) {
   const v1::StudySpec& search = record.study();
-  const SamplerJson json = SamplerJson::parse(answer, nullptr, /*allow_exceptions=*/false);
+  bool too_deep = false;
+  const auto within_depth = [&](int depth, SamplerJson::parse_event_t, SamplerJson&) {
+    too_deep = too_deep || depth > kMostDepth;
+    return !too_deep;
+  };
+  const SamplerJson json = SamplerJson::parse(answer, within_depth, /*allow_exceptions=*/false);
+  if (too_deep) {
+    return InvalidArgument("the answer is nested more than {} levels deep", kMostDepth);
+  }
   if (!json.is_object() || !json.contains("trials") || !json["trials"].is_array()) {
     return InvalidArgument("the answer is not {{\"trials\": [...]}}");
   }
@@ -142,7 +157,6 @@ absl::StatusOr<std::vector<v1::SearchTrial>> AnsweredTrials(const v1::SearchReco
     ASSIGN_OR_RETURN(const v1::SceneConfig config, WithSearchValues(base, trial.values()));
     if (configs.insert(DeterministicBytes(config)).second) trials.push_back(std::move(trial));
   }
-  if (trials.empty()) return InvalidArgument("no new trial: all are there already");
   return trials;
 }
 

@@ -7,6 +7,7 @@
 
 #include "common/base/names.h"
 #include "common/base/seconds.h"
+#include "common/base/system/log.h"
 #include "common/config/check/limit_rules.h"
 #include "common/config/training_plan.h"
 #include "coordinator/queue/job_queue.h"
@@ -397,6 +398,13 @@ absl::Status SearchKeeper::TakeAnswer(Search& search) {
   }
   search.sampler_problem.clear();
   v1::SearchRecord record = search.record;
+  if (trials.empty()) {
+    // It repeats itself, or the space has no more: the search goes on with the trials it has.
+    LogWarning("sampler has no new trials",
+               {{"search", search.name()}, {"sampler", spec.sampler()}});
+    record.mutable_study()->mutable_search()->set_trials(record.trials_size() - 1);
+    return Keep(search, std::move(record));
+  }
   DropRunningRung(record);
   for (v1::SearchTrial& trial : trials) *record.add_trials() = std::move(trial);
   return Keep(search, std::move(record));

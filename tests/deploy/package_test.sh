@@ -64,7 +64,7 @@ if grep "$tree" look.sh.files; then fail "a child has our files open, above"; fi
 # What is missing is named, with the remedy for a tarball.
 printf 'PK\003\004' > net.pt
 said=$("$tree/bin/parallax" evaluate net.pt --on shipped --out scores 2>&1) && fail "evaluated without a trainer"
-[[ $said == *"no $tree/bin/trainer; unpack its tarball: tar -xf parallax-trainer-"*"-C $tree "* ]] || fail "says: $said"
+[[ $said == *"no $tree/bin/trainer; unpack its tarball: tar -xf parallax-trainer-"*"-C '$tree' "* ]] || fail "says: $said"
 rm -r "$tree/share/parallax/benchmarks"
 said=$("$tree/bin/parallax" evaluate sgbm --on shipped --out scores 2>&1) && fail "evaluated on a pair that is not there"
 [[ $said == *"$tree/share/parallax/benchmarks/shipped: missing; install Parallax again"* ]] || fail "says: $said"

@@ -365,17 +365,24 @@ class SearchChecker {
     return nullptr;
   }
 
-  // Returns values under which the field is varied: the first of each of its conditions.
-  SearchValues ContextOf(int index) const {
-    SearchValues values;
+  // Adds values under which the field is varied: the first of each of its conditions.
+  void AddContext(int index, SearchValues& values) const {
     for (const v1::SearchCondition& condition : search_.space(index).when()) {
-      for (int i = 0; i < index; ++i) {
-        if (search_.space(i).path() == condition.path()) values.MergeFrom(ContextOf(i));
-      }
+      const auto is_there = [&](const v1::SearchValue& value) {
+        return value.path() == condition.path();
+      };
+      if (std::any_of(values.begin(), values.end(), is_there)) continue;
       v1::SearchValue& value = *values.Add();
       value.set_path(condition.path());
       value.set_yaml(condition.values(0));
+      for (int i = 0; i < index; ++i) {
+        if (search_.space(i).path() == condition.path()) AddContext(i, values);
+      }
     }
+  }
+  SearchValues ContextOf(int index) const {
+    SearchValues values;
+    AddContext(index, values);
     return values;
   }
 

@@ -41,7 +41,8 @@ absl::StatusOr<v1::SearchStatus> FindSearch(const std::string& name, Connection&
 // Finds a search by its name; begins that of a file or of a built-in study.
 absl::StatusOr<v1::SearchStatus> FindOrOpen(const SearchOptions& options, Connection& connection) {
   const std::string& named = options.study.study;
-  if (!std::filesystem::exists(named) && IsFolderName(named)) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(named, error) && IsFolderName(named)) {
     absl::StatusOr<v1::SearchStatus> known = FindSearch(named, connection);
     const std::vector<std::string> built_in = BuiltinStudies();
     const bool is_built_in = std::count(built_in.begin(), built_in.end(), named) > 0;

@@ -148,7 +148,8 @@ absl::StatusOr<ExitCode> Stream(StreamOptions& options, Session& session) {
   }
   std::string name = options.study.study;
   v1::ListStreamsReply reply;
-  bool is_study = std::filesystem::exists(name) || !IsFolderName(name);
+  std::error_code error;
+  bool is_study = std::filesystem::is_regular_file(name, error) || !IsFolderName(name);
   if (!is_study) {  // A stream that is open, or a built-in study.
     absl::StatusOr<v1::ListStreamsReply> open = connection->ListStreams(name);
     const std::vector<std::string> built_in = BuiltinStudies();

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <limits>
 
 #include "common/base/system/file.h"
@@ -309,6 +310,31 @@ TEST(SearchStudyTest, ValuesAreTriedUnderTheirConditions) {
       "  space:\n"
       "    sensor.preset: {choice: ['off', webcam]}\n"
       "    sensor.white_e: {range: [100, 1000], when: {sensor.preset: webcam}}\n");
+}
+
+// Each field is varied under conditions on all before it: a chain of 40 is checked at once.
+TEST(SearchStudyTest, ConditionsOnConditionsAreFollowedOnce) {
+  std::string space, when;
+  int fields = 0;
+  const google::protobuf::Descriptor& scene = *v1::SceneConfig::descriptor();
+  for (int i = 0; i < scene.field_count(); ++i) {
+    const google::protobuf::Descriptor* part = scene.field(i)->message_type();
+    for (int j = 0; part != nullptr && j < part->field_count() && fields < 40; ++j) {
+      if (part->field(j)->is_repeated() ||
+          part->field(j)->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_DOUBLE) {
+        continue;
+      }
+      const std::string path = scene.field(i)->name() + "." + part->field(j)->name();
+      space += "    " + path + ": {choice: [1, 2]" +
+               (when.empty() ? "" : ", when: {" + when + "}") + "}\n";
+      when += (when.empty() ? "" : ", ") + path + ": 1";
+      ++fields;
+    }
+  }
+  ASSERT_EQ(fields, 40);
+  const auto began = std::chrono::steady_clock::now();
+  ErrorOf(kStudy + ("search:\n  space:\n" + space));
+  EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::minutes(1));
 }
 
 TEST(SearchStudyTest, AFieldMayCountForSomeTrialsOnly) {

@@ -312,15 +312,21 @@ TEST_F(AccessTest, ASubmitterTakesPairsOfItsOwnStreamsOnly) {
   EXPECT_TRUE(close(*ada).ok());
 }
 
-TEST_F(AccessTest, ASubmitterStopsItsOwnSearchesOnly) {
-  v1::OpenSearchRequest open;
-  *open.mutable_study() = SmallSearch();
-  const auto ada = v1::Searches::NewStub(Channel(Role::kSubmitter, "ada"));
-  grpc::ClientContext context;
-  SetRpcTimeout(context, seconds(20));
+TEST_F(AccessTest, ASubmitterStopsAndGoesOnWithItsOwnSearchesOnly) {
   v1::SearchStatus status;
-  const absl::Status opened = FromGrpc(ada->Open(&context, open, &status));
+  const auto open = [&](v1::Searches::Stub& who, int trials) {
+    v1::OpenSearchRequest request;
+    *request.mutable_study() = SmallSearch(trials);
+    grpc::ClientContext context;
+    SetRpcTimeout(context, seconds(20));
+    return FromGrpc(who.Open(&context, request, &status));
+  };
+  const auto ada = v1::Searches::NewStub(Channel(Role::kSubmitter, "ada"));
+  const auto bob = v1::Searches::NewStub(Channel(Role::kSubmitter, "bob"));
+  const absl::Status opened = open(*ada, 4);
   ASSERT_TRUE(opened.ok()) << opened;
+  EXPECT_THAT(std::string(open(*bob, 8).message()), HasSubstr("the operator's to go on with"));
+  EXPECT_TRUE(open(*ada, 8).ok());
   EXPECT_THAT(status.user(), HasSubstr("submitter ada"));
   const auto stop = [&](v1::Searches::Stub& who) {
     grpc::ClientContext context;
@@ -330,7 +336,7 @@ TEST_F(AccessTest, ASubmitterStopsItsOwnSearchesOnly) {
     v1::SearchStatus reply;
     return FromGrpc(who.Stop(&context, request, &reply));
   };
-  const absl::Status refused = stop(*v1::Searches::NewStub(Channel(Role::kSubmitter, "bob")));
+  const absl::Status refused = stop(*bob);
   EXPECT_TRUE(absl::IsPermissionDenied(refused));
   EXPECT_THAT(std::string(refused.message()),
               HasSubstr("search \"recipe\" was not begun by 'bob'; others' are the operator's to "

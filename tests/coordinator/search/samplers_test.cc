@@ -144,6 +144,13 @@ TEST(SamplerTalk, AsksWithSpaceAndHistory) {
   EXPECT_FALSE(ask["history"][2].contains("objective"));
 }
 
+TEST(SamplerTalk, AsksWithTheSmallestNumbersAndAnyBytes) {
+  v1::SearchRecord record = RecordWithTrials();
+  record.mutable_trials(1)->mutable_values(0)->set_yaml("4e-320");
+  const std::string ask = AskText(record, {}, {{"trial-001", "no scene: \xff"}}, 4);
+  EXPECT_GT(nlohmann::json::parse(ask)["history"][0]["values"]["floating.count"], 0);
+}
+
 TEST(SamplerTalk, TakesNewTrialsOfTheSpaceAndNothingElse) {
   const v1::SearchRecord record = RecordWithTrials();
   const auto answer = [](const std::string& trials) { return "{\"trials\": [" + trials + "]}"; };
@@ -159,6 +166,7 @@ TEST(SamplerTalk, TakesNewTrialsOfTheSpaceAndNothingElse) {
   EXPECT_EQ(*ValueOf((*taken)[1].values(), "floating.count"), "8");
   EXPECT_EQ((*taken)[1].values(0).path(), "floating.count");  // In the order of the space.
   EXPECT_EQ(AnsweredTrials(record, answer(one + "," + two), 1)->size(), 1u);
+  EXPECT_TRUE(AnsweredTrials(record, answer(""), 4)->empty());
 
   const auto with = [&](const std::string& count, const std::string& baseline,
                         const std::string& mode, const std::string& more = "") {
@@ -170,7 +178,7 @@ TEST(SamplerTalk, TakesNewTrialsOfTheSpaceAndNothingElse) {
   } bad[] = {
       {"nonsense", "the answer is not {\"trials\": [...]}"},
       {"{\"trials\": 5}", "the answer is not"},
-      {answer(""), "no new trial"},
+      {answer(std::string(400'000, '[') + std::string(400'000, ']')), "more than 8 levels deep"},
       {answer("5"), "trial 1 of the answer: is 5, wanted {PATH: VALUE}"},
       {answer(one + ", {}"), "trial 2 of the answer: floating.count is missing"},
       {with("41", "0.1", "\"all\""), "floating.count is 41, allowed is a whole number in [0, 40]"},

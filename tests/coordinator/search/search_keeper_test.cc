@@ -339,6 +339,18 @@ TEST_F(SampledSearchTest, ASamplerThatFailsIsSaidAndAskedAgain) {
   EXPECT_EQ(Status().outcome(), "confirmed");
 }
 
+TEST_F(SampledSearchTest, ASamplerThatRepeatsItselfIsAskedNoMore) {
+  samplers_["steps"].command[2] =
+      "echo asked >> asked; echo '{\"trials\": [{\"floating.count\": 9, \"rigs.baseline_m\": 0.2,"
+      " \"materials.mode\": \"all\"}]}' > \"$2\"";
+  Restart();
+  Open(Sampled(12));
+  RunSampled();
+  EXPECT_EQ(Status().trials_size(), 6);
+  EXPECT_EQ(Status().outcome(), "confirmed");
+  EXPECT_EQ(*ReadFile(dir_ + "/asked"), "asked\nasked\n");
+}
+
 TEST_F(SampledSearchTest, ABudgetThatIsUsedUpEndsTheAsking) {
   v1::StudySpec study = Sampled(12);
   study.mutable_search()->set_core_hours(0.2);

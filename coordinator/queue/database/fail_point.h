@@ -19,10 +19,10 @@ namespace parallax {
 // All commands that have steps. While armed, Begin() refuses any other, so fault tests, which go
 // through this list, can't miss one.
 inline constexpr std::array kFailPointCommands = {
-    "submit", "cancel",     "pause",         "resume",      "retry",  "lease",   "complete",
-    "fail",   "hand_back",  "adopt",         "worker_lost", "tick",   "expand",  "settle",
-    "commit", "checkpoint", "forget_litter", "drain",       "forget", "limit",   "history",
-    "repair", "scrub",      "stream",        "comment",     "notice", "priority"};
+    "submit", "cancel",     "pause",         "resume",      "retry",  "lease",    "complete",
+    "fail",   "hand_back",  "adopt",         "worker_lost", "tick",   "expand",   "settle",
+    "commit", "checkpoint", "forget_litter", "drain",       "forget", "limit",    "history",
+    "repair", "scrub",      "stream",        "comment",     "notice", "priority", "search"};
 
 // The fail points of one queue. Used only by its writing thread; must be armed before the queue
 // opens.

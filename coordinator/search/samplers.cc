@@ -1,59 +1,105 @@
 #include "coordinator/search/samplers.h"
 
 #include <fmt/core.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <set>
 
 #include "common/base/names.h"
 #include "common/base/seconds.h"
 #include "common/base/system/file.h"
+#include "common/config/check/field_rules.h"
+#include "common/config/yaml/yaml_document.h"
+#include "common/config/yaml/yaml_values.h"
 #include "coordinator/search/rung_study.h"
 
 namespace parallax {
 namespace {
 
-constexpr double kLongestTimeout_s = 3600;
 constexpr size_t kMostAnswerBytes = 1 << 20;
+
+// Reads the fields of a sampler's file; wrong ones become errors of `values`.
+class SamplerReader {
+ public:
+  SamplerReader(const std::filesystem::path& file, config_internal::ConfigErrors* errors)
+      : file_(file), values_(file.string(), errors) {}
+
+  void Read(const YAML::Node& root, Sampler& sampler) {
+    std::map<std::string, std::string> missing = {{"sampler", "the file's name"},
+                                                  {"command", "a list of words"}};
+    for (const auto& [field, node] : values_.Entries(root, "")) {
+      missing.erase(field);
+      if (field == "sampler") {
+        ReadName(node, sampler.name);
+      } else if (field == "command") {
+        ReadCommand(node, sampler.command);
+      } else if (field == "timeout_s") {
+        ReadTimeout(node, sampler.timeout_s);
+      } else {
+        values_.UnknownField(node, "", field, {"sampler", "command", "timeout_s"});
+      }
+    }
+    if (!root.IsMap()) return;
+    for (const auto& [field, wanted] : missing) {
+      values_.Error(root, field, "is missing, expected " + wanted);
+    }
+  }
+
+ private:
+  void ReadName(const YAML::Node& node, std::string& name) {
+    name = values_.ReadText(node, "sampler").value_or("");
+    if (!node.IsScalar()) return;
+    if (!IsName(name)) {
+      values_.Error(node, "sampler", WhyNotName(name));
+    } else if (name != file_.stem()) {
+      values_.Error(node, "sampler",
+                    Quoted(name) + ", expected the file's name, " + Quoted(file_.stem().string()));
+    } else if (name == kSobolSampler) {
+      values_.Error(node, "sampler", Quoted(name) + " is built in, expected another name");
+    }
+  }
+
+  void ReadCommand(const YAML::Node& node, std::vector<std::string>& command) {
+    if (!node.IsSequence() || node.size() == 0) {
+      values_.Error(node, "command", config_internal::Seen(node) + ", expected a list of words");
+      return;
+    }
+    for (size_t i = 0; i < node.size(); ++i) {
+      command.push_back(values_.ReadText(node[i], fmt::format("command[{}]", i)).value_or(""));
+    }
+    if (node[0].IsScalar() && command[0].empty()) {
+      values_.Error(node[0], "command[0]", "\"\", expected a program");
+    }
+    for (const std::string place : {"{ask}", "{answer}"}) {
+      const auto has = [&](const std::string& word) { return word.find(place) != word.npos; };
+      if (std::any_of(command.begin(), command.end(), has)) continue;
+      values_.Error(node, "command", "has no " + place + ", expected one at least");
+    }
+  }
+
+  void ReadTimeout(const YAML::Node& node, double& timeout_s) {
+    v1::FieldRule rule;
+    rule.set_min(0.1);
+    rule.set_max(3600);
+    rule.set_unit("s");
+    timeout_s = values_.ReadNumber(node, "timeout_s", rule).value_or(rule.min());
+    const std::string why = config_internal::WhyNotNumber(timeout_s, rule);
+    if (!why.empty()) values_.Error(node, "timeout_s", why);
+  }
+
+  const std::filesystem::path file_;
+  config_internal::YamlValues values_;
+};
 
 absl::StatusOr<Sampler> ReadSampler(const std::string& path) {
   ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
-  Sampler sampler;
   const std::filesystem::path file(path);
+  Sampler sampler;
   sampler.directory = file.parent_path().string();
-  try {
-    const YAML::Node root = YAML::Load(text);
-    const std::set<std::string> known = {"sampler", "command", "timeout_s"};
-    for (const auto& field : root) {
-      const auto name = field.first.as<std::string>();
-      if (known.count(name) > 0) continue;
-      return InvalidArgument("{}: line {}: {} is not known; known are: sampler, command, timeout_s",
-                             path, field.first.Mark().line + 1, Quoted(name));
-    }
-    sampler.name = root["sampler"].as<std::string>();
-    sampler.command = root["command"].as<std::vector<std::string>>();
-    if (root["timeout_s"]) sampler.timeout_s = root["timeout_s"].as<double>();
-  } catch (const YAML::Exception& error) {
-    return InvalidArgument(
-        "{}: line {}: {}; wanted are sampler: NAME and command: [PROGRAM, \"{{ask}}\", "
-        "\"{{answer}}\"]",
-        path, error.mark.line + 1, error.msg);
-  }
-  if (sampler.name != file.stem() || sampler.name == kSobolSampler) {
-    return InvalidArgument("{}: sampler is {}, wanted the file's name, and not {}", path,
-                           Quoted(sampler.name), kSobolSampler);
-  }
-  for (const char* place : {"{ask}", "{answer}"}) {
-    const auto has = [&](const std::string& word) { return word.find(place) != std::string::npos; };
-    if (std::any_of(sampler.command.begin(), sampler.command.end(), has)) continue;
-    return InvalidArgument("{}: command: no {} in it, wanted once at least", path, place);
-  }
-  if (!(sampler.timeout_s > 0 && sampler.timeout_s <= kLongestTimeout_s)) {
-    return InvalidArgument("{}: timeout_s is {}, allowed is (0, {}]", path, sampler.timeout_s,
-                           kLongestTimeout_s);
-  }
+  config_internal::ConfigErrors errors;
+  const auto root = config_internal::ParseYaml(text, path, errors);
+  if (root) SamplerReader(file, &errors).Read(*root, sampler);
+  if (!errors.empty()) return errors.ToStatus();
   return sampler;
 }
 

@@ -24,7 +24,7 @@ struct Sampler {
 
 // Reads all files "<name>.yaml" of a folder: {sampler: NAME, command: [WORDS], timeout_s: 60};
 // empty for an empty path. Commands run in the folder. Errors: those of the disk; kInvalidArgument
-// that names file, field and what is wanted.
+// that names file, line, field and what is expected.
 absl::StatusOr<std::map<std::string, Sampler>> LoadSamplers(const std::string& dir);
 
 // One question to a sampler that runs. Not thread-safe; the thread that calls Start must live as

@@ -9,6 +9,7 @@
 #include "common/base/names.h"
 #include "common/base/seconds.h"
 #include "common/base/system/log.h"
+#include "common/config/check/limit_rules.h"
 #include "common/config/verdicts.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/study/expansion.h"
@@ -436,7 +437,7 @@ absl::StatusOr<v1::NextPairsReply> StreamKeeper::Next(const v1::NextPairsRequest
 v1::StreamStatus StreamKeeper::StatusOf(const Stream& stream) const {
   v1::StreamStatus status;
   status.set_name(stream.study().name());
-  status.set_user(stream.record.actor());
+  status.set_user(UserOfActor(stream.record.actor()));
   status.set_closed(stream.record.closed());
   status.set_opened_unix_s(stream.record.opened_unix_s());
   status.set_chunks_begun(stream.chunks_begun());

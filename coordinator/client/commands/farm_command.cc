@@ -83,6 +83,12 @@ absl::StatusOr<PilotOptions> PilotOptionsOf(const FarmOptions& options, const v1
     return InvalidArgument("--name {} is longer than the {} characters that {} shows",
                            options.job_name, longest, engine.list().command(0));
   }
+  const auto& words = engine.submit().command();
+  if (!options.submit.empty() &&
+      std::find(words.begin(), words.end(), "{options}") == words.end()) {
+    return InvalidArgument("--submit: engine {} has no {{options}} in submit.command",
+                           engine.name());
+  }
   PilotOptions pilots{.job_name = options.job_name,
                       .script = options.script,
                       .submit_options = options.submit,

@@ -11,6 +11,7 @@
 #include <sstream>
 #include <thread>
 
+#include "common/base/names.h"
 #include "common/base/shell_word.h"
 #include "common/base/system/child_process.h"
 #include "common/base/system/file.h"
@@ -48,6 +49,12 @@ Texts Filled(const google::protobuf::RepeatedPtrField<std::string>& words, const
   return filled;
 }
 
+// Returns the first line of what a program printed, for messages.
+std::string ShownLine(std::string_view text) {
+  constexpr size_t kMostShown = 200;
+  return CutText(Printable(FirstLine(text.substr(0, kMostMatched))), kMostShown);
+}
+
 // Output and errors of a program that ended well, or failed with a line that fits `allowed`.
 absl::StatusOr<std::string> OutputOf(const Texts& command, const std::string& allowed = "",
                                      const Texts& environment = {}) {
@@ -69,9 +76,9 @@ absl::StatusOr<std::string> OutputOf(const Texts& command, const std::string& al
   }
   ASSIGN_OR_RETURN(const std::string text, ReadFile(log, kMostBytes));
   if (WIFEXITED(*ended) && WEXITSTATUS(*ended) == 0) return text;
-  const std::string first = FirstLine(text);
+  const std::string first = FirstLine(std::string_view(text).substr(0, kMostMatched));
   if (!allowed.empty() && std::regex_search(first, std::regex(allowed))) return std::string();
-  return Unavailable("{}: {}: {}", command[0], DescribeExit(*ended), first);
+  return Unavailable("{}: {}: {}", command[0], DescribeExit(*ended), ShownLine(first));
 }
 
 absl::StatusOr<Pilot::State> StateOf(const v1::Engine& engine, const std::string& word) {
@@ -82,7 +89,7 @@ absl::StatusOr<Pilot::State> StateOf(const v1::Engine& engine, const std::string
                                                        : Pilot::State::kEnding;
   }
   return InvalidArgument("{}: state {} fits no row of list.states of engine {}",
-                         engine.list().command(0), word, engine.name());
+                         engine.list().command(0), ShownLine(word), engine.name());
 }
 
 // The numbers in an id, for the order of submission.
@@ -118,7 +125,7 @@ absl::StatusOr<std::vector<Pilot>> ParsePilots(const v1::Engine& engine,
     if (!std::regex_search(line, groups, pilot)) {
       if (std::regex_search(line, ignore)) continue;
       return InvalidArgument("{}: expected a line that fits list.pilot of engine {}, got '{}'",
-                             list.command(0), engine.name(), line);
+                             list.command(0), engine.name(), ShownLine(line));
     }
     ASSIGN_OR_RETURN(const Pilot::State state,
                      StateOf(engine, groups.format(list.has_state() ? list.state() : "$2")));
@@ -185,7 +192,7 @@ absl::StatusOr<std::string> BatchEngine::Submit(int pilots) const {
       line.resize(std::min(line.size(), kMostMatched));
       if (std::regex_search(line, groups, pattern)) id = groups[1];
     }
-    if (id.empty()) return Unavailable("{} named no job: {}", words[0], FirstLine(text));
+    if (id.empty()) return Unavailable("{} named no job: {}", words[0], ShownLine(text));
     ids += (ids.empty() ? "" : " ") + id;
   }
   return ids;

@@ -168,6 +168,10 @@ TEST(FarmEngines, ListsOfPbsAndLsfAreReadAndUnknownLinesRefused) {
   const auto refused = ParsePilots(pbs, "my-farm", "qstat: cannot connect to server\n");
   EXPECT_THAT(std::string(refused.status().message()),
               HasSubstr("qstat: expected a line that fits list.pilot of engine pbs, got"));
+  const std::string shown(
+      ParsePilots(pbs, "my-farm", "\x1b[2J" + std::string(1900, 'x') + "\n").status().message());
+  EXPECT_THAT(shown, HasSubstr("got '\\x1b[2Jxxx"));
+  EXPECT_LT(shown.size(), 300u);
   v1::Engine strict = lsf;
   strict.mutable_list()->mutable_states()->DeleteSubrange(2, 1);
   const auto state = ParsePilots(strict, "parallax", "7|1|ZOMBI\n");
@@ -466,6 +470,8 @@ TEST_F(FarmCommandTest, AnEngineOfTheUsersOwnIsAFileThatIsChecked) {
     return Run(more);
   };
   EXPECT_THAT(with({"--cores", "4"}).err, HasSubstr("--cores: engine tiny has no words for it"));
+  EXPECT_THAT(with({"--submit=-q"}).err,
+              HasSubstr("--submit: engine tiny has no {options} in submit.command"));
   EXPECT_THAT(with({"--name", "a-long-name"}).err,
               HasSubstr("--name a-long-name is longer than the 8 characters that tstat shows"));
   WriteText("tiny.yaml", "submit: {comand: [tsub]}\n");

@@ -53,13 +53,23 @@ TEST_F(SamplersTest, AreFilesOfTheOperators) {
   const struct {
     const char *name, *text, *says;
   } bad[] = {
-      {"a", "sampler: b\ncommand: ['{ask}', '{answer}']\n", "a.yaml: sampler is \"b\", wanted the"},
-      {"a", "sampler: a\ncommand: [run, '{ask}']\n", "no {answer} in it"},
-      {"a", "sampler: a\ncommand: ['{ask}', '{answer}']\nshell: yes\n", "line 3: \"shell\" is not"},
-      {"a", "sampler: a\n", "wanted are sampler: NAME and command:"},
-      {"a", "sampler: [\n", "line "},
-      {"a", "sampler: a\ncommand: ['{ask}', '{answer}']\ntimeout_s: 0\n", "allowed is (0, 3600]"},
-      {"sobol", "sampler: sobol\ncommand: ['{ask}', '{answer}']\n", "and not sobol"},
+      {"a", "sampler: b\ncommand: ['{ask}', '{answer}']\n",
+       "a.yaml:1: sampler: \"b\", expected the"},
+      {"a", "sampler: a\ncommand: [run, '{ask}']\n", "a.yaml:2: command: has no {answer}"},
+      {"a", "sampler: a\ncommand: ['{ask}', '{answer}']\nshell: yes\n",
+       "a.yaml:3: shell: no such field"},
+      {"a", "sampler: a\n", "a.yaml:1: command: is missing, expected a list"},
+      {"a", "sampler: [\n", "a.yaml:2: not YAML"},
+      {"a", "", "a.yaml: nothing, allowed is a map of fields"},
+      {"a", "- sampler: a\n", "a.yaml:1: a list, allowed is a map of fields"},
+      {"a", "sampler: a\nsampler: a\n", "a.yaml:2: sampler: stands twice, allowed is once"},
+      {"a", "sampler: a\ncommand: run\n", "a.yaml:2: command: run, expected a list of words"},
+      {"a", "sampler: a\ncommand: ['', '{ask}', '{answer}']\n", "a.yaml:2: command[0]: \"\", exp"},
+      {"b c", "sampler: b c\n", "b c.yaml:1: sampler: \"b c\" is not a name, allowed are letters"},
+      {"a", "timeout_s: soon\n",
+       "a.yaml:1: timeout_s: soon is not a number, allowed 0.1 to 3600 s"},
+      {"a", "sampler: a\ncommand: ['{ask}', '{answer}']\ntimeout_s: 0\n", "allowed 0.1 to 3600 s"},
+      {"sobol", "sampler: sobol\ncommand: ['{ask}', '{answer}']\n", "\"sobol\" is built in"},
   };
   for (const auto& row : bad) {
     const absl::Status refused = Load(row.name, row.text).status();

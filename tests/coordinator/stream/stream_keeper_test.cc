@@ -119,6 +119,7 @@ class StreamKeeperTest : public QueueTest {
 
 TEST_F(StreamKeeperTest, BeginsChunksAheadAndNoMoreWhileNobodyTakesPairs) {
   const v1::StreamStatus status = Open(Endless());
+  EXPECT_EQ(status.user(), "submitter ada");
   EXPECT_EQ(status.chunks_begun(), 3);  // Its first, and two ahead.
   Work();
   for (int i = 0; i < 5; ++i) TickStreams();

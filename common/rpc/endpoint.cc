@@ -151,6 +151,11 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> ConnectRpc(const RpcAddress& addr
                                    arguments);
 }
 
+void AwaitRpc(grpc::Channel& channel, std::chrono::duration<double> span) {
+  if (channel.GetState(false) != GRPC_CHANNEL_TRANSIENT_FAILURE) return;
+  channel.WaitForConnected(DeadlineAfter(span));
+}
+
 RpcCaller CallerOf(const grpc::ServerContextBase& context) {
   const std::shared_ptr<const grpc::AuthContext> peer = context.auth_context();
   return peer == nullptr ? RpcCaller() : CallerOf(*peer);

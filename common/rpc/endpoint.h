@@ -51,6 +51,12 @@ absl::Status CheckRpcSecurity(const RpcAddress& address, const RpcSecurity& secu
 absl::StatusOr<std::shared_ptr<grpc::Channel>> ConnectRpc(const RpcAddress& address,
                                                           const RpcSecurity& security);
 
+// Waits for up to `span` until a channel whose last try to connect has failed is connected; at once
+// otherwise. For callers that try again with pauses: gRPC connects only while somebody waits, and a
+// call on such a channel fails without waiting, so that without this a server that is back may
+// never be found.
+void AwaitRpc(grpc::Channel& channel, std::chrono::duration<double> span);
+
 // Explains why a connection to `address` fails, if security is the reason: no TLS on one side, a
 // wrong authority, an expired certificate, a wrong host name, a refused certificate. Call it after
 // a failure: it makes a connection of its own, for at most a few seconds. Returns OK if it finds no

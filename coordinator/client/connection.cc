@@ -26,6 +26,8 @@ constexpr std::chrono::seconds kTimeout{20};
 // Over a Unix socket nothing is lost on the way, but the machine may be busy: that of `run`
 // renders.
 constexpr std::chrono::seconds kTimeoutOnThisMachine{120};
+// How long a call waits for a coordinator that an earlier one did not reach.
+constexpr std::chrono::seconds kTimeToReconnect{1};
 constexpr int kDefaultStudies = 100;
 constexpr int kDefaultAuditEntries = 100;
 constexpr int kDefaultJobs = 1000;
@@ -113,6 +115,7 @@ template <typename Request, typename Reply, typename ServiceStub, typename Metho
 absl::StatusOr<Reply> Connection::CallOn(ServiceStub& service, Method method,
                                          const Request& request, double more_s) {
   RETURN_IF_ERROR(CheckTexts(request));
+  AwaitRpc(*stub_->channel, kTimeToReconnect);
   grpc::ClientContext context;
   const std::chrono::duration<double> timeout =
       (where_.is_unix() ? kTimeoutOnThisMachine : kTimeout) + std::chrono::duration<double>(more_s);

@@ -8,6 +8,7 @@
 #include <optional>
 #include <sstream>
 
+#include "common/base/shell_word.h"
 #include "common/base/status.h"
 #include "common/config/camera_text.h"
 #include "common/config/config.h"
@@ -18,6 +19,7 @@
 #include "coordinator/client/runs/out_dir.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
+#include "coordinator/search/rung_study.h"
 #include "coordinator/study/expansion.h"
 
 namespace parallax::client {
@@ -90,8 +92,14 @@ absl::StatusOr<ExitCode> Check(const ConfigOptions& options, Session& session) {
       config.is_study ? DescribeCameras(config.study)
                       : std::vector{"Camera: " + DescribeCamera(config.scene.rigs())};
   for (const std::string& camera : cameras) out << "  " << camera << "\n";
+  if (config.study.has_search()) {
+    const v1::SearchSpec search = SearchOf(config.study);
+    out << fmt::format("  Search: {}, {}, {}; `parallax search {}` begins it\n",
+                       Plural(search.space_size(), "setting"), Plural(search.trials(), "trial"),
+                       Plural(search.rungs_size(), "rung"), ShellWord(options.file));
+  }
   out << std::flush;
-  PrintMissing(missing, session);
+  PrintMissing(config.study, missing, session);
   return kExitOk;
 }
 

@@ -229,7 +229,7 @@ absl::StatusOr<ExitCode> PlanSearch(const v1::StudySpec& study, const PlanOption
                         << " or more on " << Plural(options.cores, "core") << "\n"
                         << "`parallax search " << options.study.study << "` begins it\n"
                         << std::flush;
-  PrintMissing(missing, session);
+  PrintMissing(study, missing, session);
   return kExitOk;
 }
 
@@ -267,7 +267,7 @@ absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
       WhatIsMissing(study, options.study.study, options.machine);
   if (!json) {
     PrintPlan(study, plan, power, options.cores, session);
-    PrintMissing(missing, session);
+    PrintMissing(stream, missing, session);
     if (stream.has_stream()) PrintStream(stream, plan, session);
   }
   const bool submit = !stream.has_stream() && (json ? options.yes : Ask(options, session));

@@ -23,9 +23,6 @@
 namespace parallax::client {
 namespace {
 
-// A coordinator that restarts is back within this.
-constexpr double kPatienceOfSearch_s = 60;
-
 struct SearchOptions {
   StudyOptions study{.takes_search = true};
   bool watch = false, stop = false, forget = false, yes = false;
@@ -78,7 +75,11 @@ class SearchDisplay {
       last_ = json.dump();
       return;
     }
-    if (session_.out().interactive) return block_.Update(SearchLines(search, session_.out()));
+    if (session_.out().interactive) {
+      if (search.needs() != needs_ && !search.needs().empty()) block_.Print(search.needs());
+      needs_ = search.needs();
+      return block_.Update(SearchLines(search, session_.out()));
+    }
     std::string line = SearchProgress(search);
     for (const std::string& more : {search.waits_for(), search.needs()}) {
       if (!more.empty()) line += "; " + more;
@@ -86,13 +87,18 @@ class SearchDisplay {
     if (line != last_) *session_.out().stream << line << "\n" << std::flush;
     last_ = line;
   }
+  // Writes a note that stays.
+  void Note(const std::string& note) {
+    if (session_.out().interactive && !session_.options.json) return block_.Print(note);
+    session_.PrintNote(note);
+  }
   void Clear() { block_.Clear(); }
   void Keep() { block_.Keep(); }
 
  private:
   Session& session_;
   LiveBlock block_;
-  std::string last_;
+  std::string last_, needs_;
 };
 
 // Follows a search until it ends, and sets `search` to how it ended. Returns false if the user has
@@ -103,11 +109,14 @@ absl::StatusOr<bool> WatchSearch(Connection& connection, Session& session,
   InterruptScope interrupts;
   SearchDisplay display(session);
   double heard_s = SteadySeconds(*environment.clock);
+  bool was_away = false;
   while (true) {
     const absl::StatusOr<v1::SearchStatus> now = FindSearch(search.name(), connection);
     const double now_s = SteadySeconds(*environment.clock);
     const bool is_away = absl::IsUnavailable(now.status());
-    if (!now.ok() && (!is_away || now_s - heard_s > kPatienceOfSearch_s)) return now.status();
+    if (!now.ok() && (!is_away || now_s - heard_s > kPatience_s)) return now.status();
+    if (is_away && !was_away) display.Note(AwayNote(now_s - heard_s));
+    was_away = is_away;
     if (now.ok()) {
       heard_s = now_s;
       search = *now;

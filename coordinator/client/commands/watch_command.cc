@@ -12,9 +12,6 @@
 namespace parallax::client {
 namespace {
 
-// A coordinator that restarts is back within this; workers go on meanwhile, so watching does too.
-constexpr double kPatience_s = 60;
-
 ExitCode Conclude(const v1::StudyStatus& study, Session& session) {
   for (const std::string& line : ProblemLines(session.err(), study, 5)) {
     *session.err().stream << line << "\n";
@@ -30,6 +27,7 @@ absl::StatusOr<ExitCode> Watch(const std::string& id_or_name, Session& session) 
   ProgressDisplay display(session.out(), {session.options.json, environment.plain_line_s});
   ProgressView view;
   double heard_s = SteadySeconds(*environment.clock);
+  bool is_away = false;
   while (true) {
     const double now_s = SteadySeconds(*environment.clock);
     const absl::Status look = LookAt(*connection, found.study_id(), now_s, view);
@@ -37,9 +35,9 @@ absl::StatusOr<ExitCode> Watch(const std::string& id_or_name, Session& session) 
     if (!look.ok() && (!absl::IsUnavailable(look) || silent_s > kPatience_s)) return look;
     if (look.ok()) heard_s = now_s;
     const bool finished = look.ok() && IsFinished(view.study().state());
-    const std::string note = look.ok() ? ""
-                                       : "the coordinator does not answer; giving up in " +
-                                             FormatDuration(kPatience_s - silent_s);
+    const std::string note = look.ok() ? "" : AwayNote(silent_s);
+    if (!look.ok() && !is_away && !display.redraws()) session.PrintNote(note);
+    is_away = !look.ok();
     if (view.study().study_id() != 0) display.Show(view, now_s, finished, note);
     if (finished) break;
     if (interrupts.WaitFor(std::chrono::duration<double>(environment.poll_s))) {

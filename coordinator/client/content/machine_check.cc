@@ -157,9 +157,13 @@ absl::Status CheckMachine(const v1::StudySpec& study, const std::string& file,
   return lines.empty() ? absl::OkStatus() : InvalidArgument("{}", lines);
 }
 
-void PrintMissing(const std::vector<std::string>& missing, const Session& session) {
+void PrintMissing(const v1::StudySpec& study, const std::vector<std::string>& missing,
+                  const Session& session) {
+  const bool is_for_run = !study.has_search() && !study.has_stream();
   for (const std::string& text : missing) {
-    session.PrintNote("`parallax run` would refuse this here: " + text);
+    session.PrintNote((is_for_run ? "`parallax run` would refuse this here: "
+                                  : "workers need what this machine lacks: ") +
+                      text);
   }
 }
 

@@ -38,7 +38,9 @@ std::vector<std::string> WhatIsMissing(const v1::StudySpec& study, const std::st
 absl::Status CheckMachine(const v1::StudySpec& study, const std::string& file,
                           const MachineOptions& options);
 
-// Prints a note for each thing that `run` would miss here; a farm may have it.
-void PrintMissing(const std::vector<std::string>& missing, const Session& session);
+// Prints a note for each thing that this machine lacks for the study: `run` would refuse it; a farm
+// may have it.
+void PrintMissing(const v1::StudySpec& study, const std::vector<std::string>& missing,
+                  const Session& session);
 
 }  // namespace parallax::client

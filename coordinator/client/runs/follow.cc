@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "coordinator/client/views/study_view.h"
+#include "coordinator/client/views/text.h"
 
 namespace parallax::client {
 namespace {
@@ -14,6 +15,11 @@ constexpr int kMostLeased = 10000;
 
 double SteadySeconds(Clock& clock) {
   return std::chrono::duration<double>(clock.Steady().time_since_epoch()).count();
+}
+
+std::string AwayNote(double silent_s) {
+  return "the coordinator does not answer and is waited for; giving up in " +
+         FormatDuration(kPatience_s - silent_s);
 }
 
 absl::Status LookAt(Connection& connection, int64_t study_id, double now_s, ProgressView& view) {

@@ -14,6 +14,12 @@ namespace parallax::client {
 // Returns the clock's steady time in seconds.
 double SteadySeconds(Clock& clock);
 
+// A coordinator that restarts is back within this; workers go on meanwhile, so watching does too.
+inline constexpr double kPatience_s = 60;
+
+// Says that a coordinator which has been silent for `silent_s` is waited for.
+std::string AwayNote(double silent_s);
+
 // Fetches the study's status and its leased jobs, and adds them to `view` as one observation at
 // time `now_s`. Errors: the connection's.
 absl::Status LookAt(Connection& connection, int64_t study_id, double now_s, ProgressView& view);
@@ -37,10 +43,10 @@ class ProgressDisplay {
   // Leave the bars on the screen, or remove them.
   void Keep() { block_.Keep(); }
   void Clear() { block_.Clear(); }
-
- private:
+  // Whether there are bars, and so notes below them.
   bool redraws() const { return terminal_.interactive && !options_.json; }
 
+ private:
   const Terminal terminal_;
   const Options options_;
   LiveBlock block_;

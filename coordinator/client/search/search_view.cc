@@ -256,7 +256,7 @@ std::vector<std::string> SearchLines(const v1::SearchStatus& search, const Termi
   if (!is_scored) {
     lines.push_back(fmt::format(
         "  no trial has a score yet{}",
-        search.studies().empty()
+        search.studies().empty() || !search.needs().empty()
             ? ""
             : fmt::format("; `parallax watch {}` shows the work of rung {}",
                           search.studies(search.studies_size() - 1), search.rung() + 1)));
@@ -266,6 +266,10 @@ std::vector<std::string> SearchLines(const v1::SearchStatus& search, const Termi
   AddBest(search, terminal, lines);
   return lines;
 }
+
+namespace {
+constexpr size_t kShownOfNeeds = 80;  // `parallax search NAME` shows all of it.
+}  // namespace
 
 void PrintSearches(const v1::ListSearchesReply& reply, const Terminal& out) {
   if (reply.searches().empty()) {
@@ -277,7 +281,8 @@ void PrintSearches(const v1::ListSearchesReply& reply, const Terminal& out) {
                {"RUNG", Align::kRight},
                {"CORE-HOURS", Align::kRight},
                {"BEST", Align::kRight},
-               {"OUTCOME"}});
+               {"OUTCOME"},
+               {"NEEDS"}});
   for (const v1::SearchStatus& search : reply.searches()) {
     table.AddRow({search.name(), search.state(),
                   fmt::format("{}/{}", search.rung() + 1, search.rungs()),
@@ -285,7 +290,7 @@ void PrintSearches(const v1::ListSearchesReply& reply, const Terminal& out) {
                   !search.has_best()   ? "-"
                   : search.best() == 0 ? "default"
                                        : fmt::format("trial {}", search.best()),
-                  search.outcome()});
+                  search.outcome(), CutText(FirstLine(search.needs()), kShownOfNeeds)});
   }
   table.Print(out);
 }

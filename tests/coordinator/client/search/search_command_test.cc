@@ -1,6 +1,10 @@
 // parallax search: what it says of searches, the recipe and the picture that it writes.
 #include <gmock/gmock.h>
 
+#include <atomic>
+#include <future>
+#include <thread>
+
 #include "common/base/system/file.h"
 #include "common/config/config.h"
 #include "coordinator/client/search/best_recipe.h"
@@ -111,17 +115,21 @@ v1::SearchStatus Status() {
 
 class FakeSearches : public v1::Searches::Service {
  public:
-  FakeSearches() {
-    auto server = RpcServer::Start({*ParseRpcAddress("127.0.0.1:0")}, RpcSecurity{}, *this);
-    EXPECT_TRUE(server.ok()) << server.status();
+  FakeSearches() { Start("127.0.0.1:0"); }
+  const std::string& address() const { return address_; }
+  void Start(const std::string& address) {
+    auto server = RpcServer::Start({*ParseRpcAddress(address)}, RpcSecurity{}, *this);
+    ASSERT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
+    address_ = server_->addresses()[0].ToString();
   }
-  std::string address() const { return server_->addresses()[0].ToString(); }
+  void Stop() { server_.reset(); }
 
   // What List gives, one after the other; the last one stays.
   std::vector<v1::SearchStatus> statuses;
   std::vector<std::string> orders;
   v1::StudySpec opened;
+  std::atomic<int> lists = 0;
 
   grpc::Status Open(grpc::ServerContext*, const v1::OpenSearchRequest* request,
                     v1::SearchStatus* reply) override {
@@ -132,6 +140,7 @@ class FakeSearches : public v1::Searches::Service {
   }
   grpc::Status List(grpc::ServerContext*, const v1::ListSearchesRequest* request,
                     v1::ListSearchesReply* reply) override {
+    ++lists;
     if (statuses.empty() && request->name().empty()) return grpc::Status::OK;
     if (statuses.empty() ||
         (!request->name().empty() && request->name() != statuses.front().name())) {
@@ -149,6 +158,7 @@ class FakeSearches : public v1::Searches::Service {
   }
 
  private:
+  std::string address_;
   std::unique_ptr<RpcServer> server_;  // Last: it calls the rest until it is gone.
 };
 
@@ -196,12 +206,17 @@ TEST_F(SearchCommandTest, ASearchWithoutScoresSaysWhatItWaitsFor) {
   search.clear_importances();
   search.set_rung(0);
   search.mutable_studies()->Truncate(1);
-  search.set_needs("no worker may train: start one with --role all");
+  searches_.statuses = {search};
+  EXPECT_THAT(Run({"camera"}).out,
+              HasSubstr("  rung 2: 9 of 12 trainings have ended\n"
+                        "  no trial has a score yet; `parallax watch 4` shows the work "
+                        "of rung 1\n"));
+  search.set_needs("no worker may train: start one with --role all, or " + std::string(99, 'x'));
   searches_.statuses = {search};
   const Outcome shown = Run({"camera"});
-  EXPECT_THAT(shown.out, HasSubstr("  rung 2: 9 of 12 trainings have ended\n"
-                                   "  no trial has a score yet; `parallax watch 4` shows the work "
-                                   "of rung 1\n"));
+  EXPECT_THAT(shown.out, HasSubstr("  no trial has a score yet\n"));
+  EXPECT_THAT(Run({}).out, HasSubstr("  no worker may train: start one with --role all, or "));
+  EXPECT_THAT(Run({}).out, HasSubstr("xxx...\n"));
   EXPECT_THAT(shown.err, HasSubstr("note: no worker may train: start one with --role all"));
   const Outcome best = Run({"camera", "--best", dir_ + "/best.yaml"});
   EXPECT_EQ(best.exit_code, kExitUsage);
@@ -281,6 +296,25 @@ TEST_F(SearchCommandTest, WatchingTellsOfChangesAndEndsWithTheSearch) {
   end.set_state("stopped");
   searches_.statuses = {end};
   EXPECT_EQ(Run({"camera", "--watch"}).exit_code, kExitFailed);
+}
+
+TEST_F(SearchCommandTest, WatchingOutlastsARestartOfTheCoordinator) {
+  searches_.statuses = {Status()};
+  auto watched = std::async(std::launch::async, [&] { return Run({"camera", "--watch"}); });
+  while (searches_.lists < 3) {
+    ASSERT_NE(watched.wait_for(std::chrono::milliseconds(10)), std::future_status::ready);
+  }
+  searches_.Stop();
+  // Two tries to connect fail meanwhile.
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  searches_.statuses[0].set_state("ended");
+  searches_.Start(searches_.address());
+  EXPECT_EQ(watched.wait_for(std::chrono::seconds(8)), std::future_status::ready);
+  const Outcome outcome = watched.get();
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_THAT(outcome.err, testing::MatchesRegex("note: the coordinator does not answer and is "
+                                                 "waited for; giving up in [0-9: s]+\n"));
+  EXPECT_THAT(outcome.out, HasSubstr("\ncamera: ended, "));
 }
 
 TEST_F(SearchCommandTest, TheBestRecipeIsAStudyThatStandsAlone) {
@@ -404,6 +438,18 @@ TEST_F(SearchPlanTest, APlanPricesTheRungsAndTheConfirmation) {
   EXPECT_GT(pairs_hours, 0);
   // 400 steps for each of two seeds, of which the first rung has a quarter.
   EXPECT_LT(json["rungs"][0]["trained_core_hours"], json["confirmation"]["trained_core_hours"]);
+}
+
+TEST_F(SearchPlanTest, ACheckNamesTheSearchAndWhatBeginsIt) {
+  const std::string file = Camera();
+  const Outcome check = RunCommand({"config", "check", file});
+  EXPECT_EQ(check.exit_code, kExitOk) << check.err;
+  EXPECT_THAT(check.out, HasSubstr("\n  Search: 4 settings, 3 trials, 3 rungs; `parallax search " +
+                                   file + "` begins it\n"));
+  for (const std::string& err : {check.err, RunCommand({"plan", file}).err}) {
+    EXPECT_THAT(err, HasSubstr("note: workers need what this machine lacks: " + file + ":"));
+    EXPECT_THAT(err, Not(HasSubstr("parallax run")));
+  }
 }
 
 TEST_F(SearchPlanTest, SearchesAreNotSubmitted) {

@@ -7,7 +7,6 @@
 #include "coordinator/client/interrupt.h"
 #include "coordinator/client/runs/follow.h"
 #include "coordinator/client/views/study_view.h"
-#include "coordinator/client/views/text.h"
 
 namespace parallax::client {
 namespace {

@@ -9,6 +9,7 @@
 #include <sstream>
 #include <tuple>
 
+#include "common/base/names.h"
 #include "common/config/config.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"

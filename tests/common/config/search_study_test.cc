@@ -319,10 +319,7 @@ TEST(SearchStudyTest, ConditionsOnConditionsAreFollowedOnce) {
   for (int i = 0; i < scene.field_count(); ++i) {
     const google::protobuf::Descriptor* part = scene.field(i)->message_type();
     for (int j = 0; part != nullptr && j < part->field_count() && fields < 40; ++j) {
-      if (part->field(j)->is_repeated() ||
-          part->field(j)->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_DOUBLE) {
-        continue;
-      }
+      if (part->field(j)->message_type() != v1::Distribution::descriptor()) continue;
       const std::string path = scene.field(i)->name() + "." + part->field(j)->name();
       space += "    " + path + ": {choice: [1, 2]" +
                (when.empty() ? "" : ", when: {" + when + "}") + "}\n";

@@ -37,6 +37,9 @@ class NoServer final : public parallax::CoordinatorServer {
   const parallax::WaitReasons& waits() const override { return waits_; }
   void SetPage(PageOpener) override {}
   parallax::ContentKeeper* content() override { return nullptr; }
+  absl::StatusOr<std::vector<parallax::v1::StreamStatus>> Streams() const override {
+    return std::vector<parallax::v1::StreamStatus>();
+  }
   absl::Status StoreStatus() const override { return absl::OkStatus(); }
   void Shutdown() override {}
 

@@ -17,7 +17,7 @@ struct StudyCosts {
   };
   std::map<std::string, Pairs> variants;  // By name; those without pairs are absent.
   double train_core_s = 0, evaluate_core_s = 0;
-  double fresh_core_s = 0;  // Of results that the study itself made, and did not find.
+  double fresh_core_s = 0;  // Results that the study made itself, and did not reuse.
 };
 
 }  // namespace parallax

@@ -18,7 +18,7 @@ namespace {
 
 using SamplerJson = nlohmann::ordered_json;
 
-constexpr int kMostDepth = 8;       // Of an answer; writing it takes stack for each level.
+constexpr int kMostDepth = 8;       // An answer has no more levels: writing each takes stack.
 constexpr size_t kMostShown = 100;  // Bytes of a value in an error.
 
 std::string Shown(const SamplerJson& json) { return Printable(json.dump().substr(0, kMostShown)); }

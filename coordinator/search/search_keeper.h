@@ -65,7 +65,7 @@ class SearchKeeper {
     std::unique_ptr<SamplerRun> asking;  // The sampler is asked for trials.
     std::string sampler_problem;         // Why it was asked in vain.
     SteadyTime ask_after;                // It is not asked again before.
-    // Of the first rung; absent until it has ended, or nobody asked.
+    // The settings' importances on the first rung; absent until it has ended and somebody asked.
     std::optional<std::vector<v1::SearchImportance>> importances;
 
     const v1::StudySpec& study() const { return record.study(); }

@@ -28,7 +28,7 @@ struct RungCosts {
 struct SearchCosts {
   std::vector<RungCosts> rungs;
   std::optional<RungCosts> confirmation;
-  RungCosts total;         // Of all of these; its pairs are 0.
+  RungCosts total;         // Sum of all rungs and the confirmation; its pairs are 0.
   int rungs_within = 0;    // Rungs that begin within the search's core_hours.
   std::string not_priced;  // Name of a trainer whose step has no known cost.
 };

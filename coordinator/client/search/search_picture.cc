@@ -32,7 +32,7 @@ struct Box {
 struct Point {
   const v1::SearchTrial* trial;
   const v1::SearchScore* score;
-  double core_hours = 0;  // Of pairs, up to this one.
+  double core_hours = 0;  // The pairs up to this trial took so long.
 };
 
 std::string Escaped(std::string_view text) {

@@ -37,7 +37,7 @@ absl::Status AddOthers(SqliteConnection& db, const KindRegistry& kinds, int64_t 
   while (query.Next()) {
     ASSIGN_OR_RETURN(const KindId kind, kinds.IdOf(query.Text(0)));
     const double core_s = kinds[kind].CoreSecondsOf(query.Blob(1), query.Blob(3));
-    // Of the kinds whose jobs belong to no scene, trainings go on where an earlier attempt was.
+    // Jobs without a scene are trainings, which can resume, and evaluations, which can't.
     (kinds[kind].traits().resumes ? costs.train_core_s : costs.evaluate_core_s) += core_s;
     if (query.Int(2) == 0) costs.fresh_core_s += core_s;
   }

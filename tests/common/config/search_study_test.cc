@@ -301,7 +301,7 @@ TEST(SearchStudyTest, AMessageIsCheckedByTheSameRules) {
   EXPECT_THAT(error(), HasSubstr("variants: beside a search, allowed is none"));
 }
 
-// Of a field that counts only under a condition, the condition's values are tried with its own.
+// The check tries the values of a conditional field together with a value of its condition.
 TEST(SearchStudyTest, ValuesAreTriedUnderTheirConditions) {
   Parsed(
       "set: {render: {keep_hdr: true}}\n"

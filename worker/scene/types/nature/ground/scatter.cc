@@ -13,7 +13,8 @@ namespace parallax {
 namespace {
 
 constexpr float kShadeOfCrown = 0.85f;
-constexpr float kStray = 0.3f;        // Of a place in a row, in units of the row's width and step.
+// How far a plant in a row strays from its place, in units of the row's width and step.
+constexpr float kStray = 0.3f;
 constexpr float kParentReach_m = 14;  // Litter lies at most this far from its plant.
 // The most tiles that are looked at for the things around other tiles: a second's work.
 constexpr double kMostRingTiles = 1e7;

@@ -1,10 +1,7 @@
 #!/usr/bin/env python3
 """Checks what must hold between the files of the tree. Fails with a line for each break.
 
-check_tree.py CHECK [ROOT]    the checks are the functions below
-check_tree.py tighten [ROOT]  writes what is left into tests/tree_allowances.txt, where it is less than what stands there
-
-tests/tree_allowances.txt has how many breaks a file may still have. It only shrinks: a file with fewer is told, too."""
+check_tree.py CHECK [ROOT]    the checks are the functions below"""
 
 import re
 import subprocess
@@ -79,48 +76,6 @@ def includes(path):
         match = re.match(r'#include "([^"]+)"', line)
         if match:
             yield number, match.group(1)
-
-
-# ---- What is still allowed
-
-ALLOWANCES = "tests/tree_allowances.txt"
-
-
-def allowances():
-    """{(check, path): number of breaks}"""
-    allowed = {}
-    for line in read(ALLOWANCES).splitlines():
-        if line and not line.startswith("#"):
-            check, count, path = line.split()
-            allowed[check, path] = int(count)
-    return allowed
-
-
-def beyond(check, breaks):
-    """Of (path, line to print) those whose file has more than it may have, and a line for each file that has fewer."""
-    by_path = defaultdict(list)
-    for path, line in breaks:
-        by_path[path].append(line)
-    allowed = {path: count for (name, path), count in allowances().items() if name == check}
-    for path in sorted(set(by_path) | set(allowed)):
-        most, lines = allowed.get(path, 0), by_path[path]
-        if len(lines) > most:
-            yield from lines
-        elif len(lines) < most:
-            yield f"{path} has {len(lines)} now, {ALLOWANCES} says {most}: run `tests/check_tree.py tighten`"
-
-
-def tighten():
-    head = [line for line in read(ALLOWANCES).splitlines() if line.startswith("#")]
-    left = []
-    for check, find in BOUNDED.items():
-        counts = defaultdict(int)
-        for path, _ in find():
-            counts[path] += 1
-        left += [f"{check} {min(count, counts[path])} {path}" for (name, path), count in allowances().items()
-                 if name == check and counts[path] > 0]
-    (ROOT / ALLOWANCES).write_text("\n".join(head + left) + "\n")
-    return []
 
 
 # ---- Checks: each yields a line for each break
@@ -388,31 +343,23 @@ def touched():
             yield f"tests/check_tree.py: no file has {pattern}, the example of '{what}'"
 
 
-def broken_rulers():
+def rulers():
+    """A ruler is `// ---- Title`, on one line: nothing that the formatter could break in two."""
     for path in sources():
         for number, line in enumerate(read(path).splitlines(), 1):
             if re.match(r"\s*//\s*-{3,}", line) and not re.fullmatch(r"\s*// ---- [^-].*(?<!-)", line):
-                yield path, f"{path}:{number}: a ruler is `// ---- Title`"
+                yield f"{path}:{number}: a ruler is `// ---- Title`"
 
 
-def rulers():
-    """A ruler is `// ---- Title`, on one line: nothing that the formatter could break in two."""
-    return beyond("rulers", broken_rulers())
-
-
-def torn():
+def torn_fields():
+    """No declaration is broken in two because a trailing comment did not fit: such a comment goes above it."""
     for path in sources():
         lines = read(path).splitlines()
         for number, (before, line) in enumerate(zip(lines, lines[1:]), 2):
             code = re.match(r"""\s*([^/\s"].*?;)\s+//""", line)
             whole = not before.strip() or re.search(r"""//|[;{},(:]$|^\s*#""", before.rstrip())
             if code and not whole and len(before.rstrip()) + 1 + len(code.group(1)) <= 100:
-                yield path, f"{path}:{number}: the comment tears `{before.strip()} {code.group(1)}` in two; put it above"
-
-
-def torn_fields():
-    """No declaration is broken in two because a trailing comment did not fit: such a comment goes above it."""
-    return beyond("torn_fields", torn())
+                yield f"{path}:{number}: the comment tears `{before.strip()} {code.group(1)}` in two; put it above"
 
 
 # `absl::StatusOr<T> Name(` or `absl::Status Name(` at the beginning of a declaration.
@@ -463,20 +410,12 @@ def undocumented(path):
         statement_done = code.endswith((";", "{", "}", ":")) or text.startswith("#")
 
 
-def errors_not_named():
+def errors():
+    """Each function of a public header that returns Status or StatusOr names its errors."""
     for path in sources("common", "coordinator", "worker"):
         if path.endswith(".h"):
             for name, number in undocumented(path):
-                yield path, f"{path}:{number}: {name} does not name its errors (`Errors: ...`)"
-
-
-def errors():
-    """Each function of a public header that returns Status or StatusOr names its errors."""
-    return beyond("errors", errors_not_named())
-
-
-# Checks with allowances, and what finds their breaks.
-BOUNDED = {"rulers": broken_rulers, "torn_fields": torn, "errors": errors_not_named}
+                yield f"{path}:{number}: {name} does not name its errors (`Errors: ...`)"
 
 
 def main():

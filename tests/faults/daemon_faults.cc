@@ -116,7 +116,6 @@ std::string HashOfPublished(Farm& farm, int64_t study, Tally& tally) {
 }  // namespace
 
 // ---- 1: the zombie
-// --------------------------------------------------------------------------------
 void Zombie(const ExperimentOptions& options, Tally& tally) {
   double late = 0;
   for (int round = 0; round < options.rounds; ++round) {
@@ -164,7 +163,6 @@ void Zombie(const ExperimentOptions& options, Tally& tally) {
 }
 
 // ---- 3: kill -9 of the coordinator
-// ----------------------------------------------------------------
 namespace {
 
 // Fills the database with jobs before its coordinator starts.
@@ -253,7 +251,6 @@ void KillCoordinator(const ExperimentOptions& options, Tally& tally) {
 }
 
 // ---- 3b: finished, and nobody to tell
-// --------------------------------------------------------------
 namespace {
 
 // Jobs whose reports wait in any outbox of the farm: <coordinator>-<job>-<fence>.complete
@@ -316,7 +313,6 @@ void Outboxes(const ExperimentOptions& options, Tally& tally) {
 }
 
 // ---- 4: lost replies
-// ------------------------------------------------------------------------------
 void LostReplies(const ExperimentOptions& options, Tally& tally) {
   double replies = 0;
   double lost = 0;
@@ -398,7 +394,6 @@ void LostReplies(const ExperimentOptions& options, Tally& tally) {
 }
 
 // ---- 5: bad networks
-// ------------------------------------------------------------------------------
 void Partitions(const ExperimentOptions& options, Tally& tally) {
   for (int round = 0; round < options.rounds; ++round) {
     Rng rng = RoundRng(options, "partitions", round);

@@ -113,7 +113,7 @@ class AgentImpl final : public Agent {
   WorkerHealth Health() const override { return control_.Health(); }
 
  private:
-  // ---- The coordinator ----
+  // ---- The coordinator
   void Connect() {
     const std::string before = link_.coordinator_id();
     if (!link_.Meet()) return;
@@ -229,7 +229,7 @@ class AgentImpl final : public Agent {
                                         {"reason", stop.reason()}});
   }
 
-  // ---- Upkeep ----
+  // ---- Upkeep
   void HandleEnded() {
     for (const EndedAttempt& ended : slots_.TakeEnded()) {
       retirement_.Ended(KeyOf(ended.attempt), clock_.Steady());
@@ -317,7 +317,7 @@ class AgentImpl final : public Agent {
     return next;
   }
 
-  // ---- The end ----
+  // ---- The end
   void HandleDrain() {
     const Departure::Step step = departure_.Advance(control_.order(), clock_.Steady());
     if (step.begins) BeginDrain();

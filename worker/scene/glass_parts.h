@@ -10,6 +10,7 @@ namespace parallax {
 
 // Lists the glass parts of every object as omitted unless the config keeps them. Objects made only
 // of glass stay whole. Parts of the place have options of their own (room.window_glass).
+// Errors: those of the objects' models.
 absl::Status OmitGlassParts(const v1::AssetConfig& config, SceneInProgress& scene);
 
 // Returns the mesh without the triangles of the named slots, and without vertices and slots that

@@ -81,7 +81,7 @@ void LeaveBorder(Field& uplift) {
 
 float Relief(const Field& height) { return Quantile(height, 0.95f) - Quantile(height, 0.05f); }
 
-// ---- Droplets --------------------------------------------------------------------------------
+// ---- Droplets
 
 // The cells about a point with weights that sum to 1 and fall off linearly.
 constexpr int kBrushRadius = 2;

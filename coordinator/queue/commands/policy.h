@@ -68,7 +68,7 @@ double ChanceOfLosses(const LossHistory& history);
 // one of them is.
 FailureVerdict JudgeLoss(const RetryPolicy& policy, const LossHistory& history);
 
-// ---- Which study ------------------------------------------------------------------------------
+// ---- Which study
 struct StudyShare {
   int64_t study = 0;
   int priority = 0;
@@ -107,7 +107,7 @@ struct SplitFacts {
 // will be idle soon: so all workers share the end of a study instead of waiting for it.
 uint32_t PartsToSplitInto(const SplitFacts& facts);
 
-// ---- Which job of it --------------------------------------------------------------------------
+// ---- Which job of it
 struct JobCandidate {
   int64_t job = 0;
   std::string last_worker;  // Worker of its last failure or loss; empty for none.

@@ -14,7 +14,7 @@ using testing::SizeIs;
 
 class JobFailuresTest : public QueueTest {};
 
-// ---- Results that are not the job's -------------------------------------------------------------
+// ---- Results that are not the job's
 TEST_F(JobFailuresTest, AResultThatIsNotTheJobsIsRefusedAndCountsAsAFailure) {
   Submit({.pairs = 2, .rigs_per_scene = 2});
   Complete(SolveAnswer(LeaseOne(AnyWorker("w")), "w"));
@@ -117,7 +117,7 @@ TEST_F(JobFailuresTest, ASceneWithTooFewRigsOrAnotherSeedIsRefused) {
               HasSubstr("a scene of seed 5"));
 }
 
-// ---- Failures -----------------------------------------------------------------------------------
+// ---- Failures
 TEST_F(JobFailuresTest, AFailedJobComesBackAfterAGrowingWaitAndFailsTheThirdTime) {
   const StudyId study = Submit({.pairs = 2});
   for (int attempt = 1; attempt <= 3; ++attempt) {

@@ -78,7 +78,7 @@ TEST_F(JobQueueTest, VariantsOfAStudyHaveTheSameSceneSeeds) {
   for (const auto& [scene, values] : seeds) EXPECT_THAT(values, SizeIs(1)) << scene;
 }
 
-// ---- Fences -------------------------------------------------------------------------------------
+// ---- Fences
 TEST_F(JobQueueTest, ARepeatedReportIsAlreadyDone) {
   Submit();
   const v1::Lease lease = LeaseOne(AnyWorker("w"));
@@ -136,7 +136,7 @@ TEST_F(JobQueueTest, ARestoredBackupStartsAboveTheEpochsItDoesNotKnow) {
   EXPECT_GT(queue_->epoch(), later);
 }
 
-// ---- Leases -------------------------------------------------------------------------------------
+// ---- Leases
 TEST_F(JobQueueTest, ExpiredLeaseReturnsJobToReady) {
   const StudyId study = Submit({.pairs = 2});
   LeaseOne(AnyWorker("w"));
@@ -269,7 +269,7 @@ TEST_F(JobQueueTest, StudiesThatAskForTagsOrMemoryGetFittingWorkers) {
   EXPECT_THAT(Lease(worker), SizeIs(1));
 }
 
-// ---- Rejections ---------------------------------------------------------------------------------
+// ---- Rejections
 TEST_F(JobQueueTest, ARejectedSeedIsReplacedSoThatThePairsAskedForAreMade) {
   const StudyId study = Submit({.pairs = 6, .rigs_per_scene = 2});
   int solves = 0;
@@ -303,7 +303,7 @@ TEST_F(JobQueueTest, AVariantWithoutValidScenesEndsWithAClearProblem) {
   EXPECT_THAT(status.variants(0).problems(0).error(), HasSubstr("first 50 seeds"));
 }
 
-// ---- Studies ------------------------------------------------------------------------------------
+// ---- Studies
 TEST_F(JobQueueTest, TheSameIdempotencyKeyIsTheSameStudy) {
   const auto first = queue_->Submit(MakeStudy({.key = "k"}), "t");
   const auto second = queue_->Submit(MakeStudy({.key = "k"}), "t");

@@ -42,8 +42,10 @@ class Outbox {
   // Returns the reports that Open found, in order of file names. Damaged files are renamed to
   // *.damaged and logged.
   std::vector<Report> TakeLeftovers() { return std::move(leftovers_); }
-  // Writes a report, durably. The same report again replaces it.
+  // Writes a report, durably. The same report again replaces it. Errors: those of the file system.
   absl::Status Put(const Report& report);
+  // Removes a report that the coordinator has answered; none is fine. Errors: those of the file
+  // system.
   absl::Status Remove(const Report& report);
   const std::string& directory() const { return directory_; }
   // Returns the folder for files on their way to a store that this machine does not see. Open

@@ -43,7 +43,7 @@ void ForEach(Mask8 lanes, Function function) {
 
 }  // namespace
 
-// ---- Materials at the surfaces ----
+// ---- Materials at the surfaces
 
 void MaterialSamples::Put(const std::array<uint32_t, kLanes>& walks, int count,
                           const MaterialSample8& look) {
@@ -144,7 +144,7 @@ void PathTracer::EvaluateMaterial(uint32_t material) {
   state.materials_seen.Put(alike.walks, batch.count, scene_.EvaluateMaterial(batch, material));
 }
 
-// ---- Choice of lights ----
+// ---- Choice of lights
 
 void PathTracer::ChooseLights() {
   if (options_.only_guides) return;
@@ -190,7 +190,7 @@ void PathTracer::TraceShadowRays() {
   }
 }
 
-// ---- Scattering ----
+// ---- Scattering
 
 // Eight walks at the surfaces that they have reached.
 struct PathTracer::PathVertex8 {

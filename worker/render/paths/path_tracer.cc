@@ -167,7 +167,7 @@ void PathTracer::CompactPaths(bool all) {
   }
 }
 
-// ---- Light met by rays ----
+// ---- Light met by rays
 
 void PathTracer::Add(size_t walk, const Vec3f& contribution) {
   if (!contribution.allFinite()) return;
@@ -221,7 +221,7 @@ Vec3f PathTracer::MeshLight(size_t walk, float cosine) const {
   return radiance * PowerHeuristic(pdf, light_sampler_.MeshPdf(at, placed, slot, distance, cosine));
 }
 
-// ---- Rays ----
+// ---- Rays
 
 // Rays of one eye with nearly the same direction go in packets. Hits that are known are not traced.
 void PathTracer::Intersect() {
@@ -346,7 +346,7 @@ void PathTracer::PassHaze(size_t block, const Hits8& hits) {
   walks.throughput.Put(block, Select(seen, throughput * passes, throughput));
 }
 
-// ---- The radiance cache ----
+// ---- The radiance cache
 
 CachePlace PathTracer::PlaceOf(size_t walk, const Vec3f& normal) const {
   const HitRows& hits = state_->hits;

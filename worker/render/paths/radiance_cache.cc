@@ -30,8 +30,8 @@ uint32_t FaceOf(const Vec3f& normal) {
 Int8 FaceOf(const Vec3x8& normal) {
   const Float8 x = Abs(normal.x), y = Abs(normal.y), z = Abs(normal.z);
   const Mask8 by_x = (x >= y) & (x >= z), by_y = y >= z;
-  const Mask8 back =
-      by_x ? normal.x < 0.0f : (by_y ? normal.y < 0.0f : normal.z < 0.0f);  // -1 where it is.
+  // A lane of the mask is -1 where the normal looks backward.
+  const Mask8 back = by_x ? normal.x < 0.0f : (by_y ? normal.y < 0.0f : normal.z < 0.0f);
   return (by_x ? Int8{} : (by_y ? Int8{} + 2 : Int8{} + 4)) - back;
 }
 

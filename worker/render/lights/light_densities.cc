@@ -38,6 +38,8 @@ Float8 LightSampler::SkyPdf(const LightReceivers8& at, const Vec3x8& directions)
       all = members ? share / (2.0f * kPi) * DomeImportance() / at.total : all;
       continue;
     }
+    // Cells of other rooms' points are none of this room's.
+    const Int8 cells = members ? at.cell : Int8{};
     Float8 pdf = Splat(0);
     for (size_t i = 0; i < in->portals.size(); ++i) {
       const Portal& portal = in->portals[i];
@@ -50,7 +52,7 @@ Float8 LightSampler::SkyPdf(const LightReceivers8& at, const Vec3x8& directions)
                             (b >= 0.0f) & (a <= portal.edge_u.squaredNorm()) &
                             (b <= portal.edge_v.squaredNorm());
       if (!Any(through)) continue;
-      const Float8 importance = Importance(in, at.position, at.cell, table_->lamps().size() + i);
+      const Float8 importance = Importance(in, at.position, cells, table_->lamps().size() + i);
       pdf += through ? importance * Square(distance) / (cosine * portal.area) : Splat(0);
     }
     all = members ? pdf / at.total : all;

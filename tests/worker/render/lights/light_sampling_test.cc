@@ -303,6 +303,51 @@ TEST(LightSampling, EightPointsChooseAndSampleAsEachAlone) {
   for (int light = 0; light < 7; ++light) EXPECT_GT(chosen[static_cast<size_t>(light)], 5) << light;
 }
 
+// A hall has a thousand times the cells of a cupboard: its numbers lie far beyond the cupboard's.
+TEST(LightSampling, PointsOfAHallLeaveTheGainsOfASmallRoomAlone) {
+  TestScene test = Floor(0.5f);
+  test.recipe.mutable_sky()->set_strength(1);
+  for (const double size : {1.0, 40.0}) {
+    v1::Room* room = test.recipe.mutable_place()->mutable_house()->add_rooms();
+    room->set_origin_x_m(size > 1 ? 2 : 0);
+    room->set_width_m(size);
+    room->set_depth_m(size);
+    room->set_height_m(size);
+    v1::Opening* window = room->add_openings();
+    window->set_kind(v1::Opening::KIND_WINDOW);
+    window->set_wall(0);
+    window->set_center_m(0.5);
+    window->set_width_m(0.6);
+    window->set_sill_m(0.2);
+    window->set_height_m(0.6);
+  }
+  test.geometry.surroundings = HouseSurroundings(test.recipe.place());
+  Built built = Build(test);
+  ASSERT_EQ(built.lights.portals(), 2u);
+  for (Enclosure& room : built.lights.mutable_enclosures()) room.gains.Learn();
+  LightQueries8 queries{};
+  queries.count = 2;
+  for (int lane = 0; lane < queries.count; ++lane) {
+    queries.position.Set(lane, lane == 0 ? Vec3f(0.5f, 0.5f, 0.5f) : Vec3f(41, 39, 39));
+    queries.normal.Set(lane, Vec3f::UnitZ());
+    queries.choice[lane] = 0.2f;
+  }
+  LightReceivers8 at;
+  LightChoices8 lights;
+  std::vector<Float8> scratch;
+  const LightSampler sampler(built.lights);
+  sampler.Choose(queries, &scratch, &at, &lights);
+  ASSERT_EQ(at.room[0], 0);
+  ASSERT_EQ(at.room[1], 1);
+  ASSERT_GT(at.cell[1], 1'000'000);
+  LightSamples8 samples;
+  sampler.Sample(at, lights, Splat(0.5f), Splat(0.5f), &samples);
+  const LightSample alone =
+      SampleAt(built, queries.position.Get(0), queries.choice[0], {0.5f, 0.5f});
+  EXPECT_GT(alone.pdf, 0.0f);
+  EXPECT_EQ(samples.Get(0).pdf, alone.pdf);
+}
+
 TEST(LightSampling, ASpotSendsItsPowerIntoItsCone) {
   for (const double blend : {0.0, 0.5, 1.0}) {
     for (const double radius : {0.0, 0.1}) {

@@ -174,14 +174,20 @@ void DeclareRules(CLI::App& serve, ServeOptions& options) {
 void DeclareNotices(CLI::App& serve, ServeOptions& options) {
   serve
       .add_option("--notify", options.notify,
-                  "HTTP or HTTPS address that gets a POST of JSON when a study ends, stalls or has "
-                  "failed jobs; repeated until it answers 2xx")
+                  "HTTP or HTTPS address that gets a POST of JSON when a study ends, stalls, has "
+                  "failed jobs or jobs that wait for a person; repeated until it answers 2xx")
       ->type_name("URL");
   serve
       .add_option("--notify-command", options.notify_command,
                   "Program that is run then, with the JSON as its argument; repeated until it ends "
                   "with status 0")
       ->type_name("PROGRAM");
+  serve
+      .add_option("--notify-hosts", options.notify_hosts,
+                  "Hosts to which studies may have their own notices posted (`notify:` in the "
+                  "file), with a comma between: HOST or HOST:PORT; * is any (default: none)")
+      ->delimiter(',')
+      ->type_name("HOST,...");
   serve
       .add_option("--notify-stall-min", options.notify_stall_min,
                   "Minutes after which a study with ready jobs of which none runs is stalled "

@@ -92,17 +92,18 @@ int WaitForSignal(const sigset_t& set) {
   return signal;
 }
 
-NotifierOptions NotifierOptionsOf(const ServeOptions& options) {
+absl::StatusOr<NotifierOptions> NotifierOptionsOf(const ServeOptions& options) {
   NotifierOptions notifier;
   notifier.url = options.notify;
   notifier.command = options.notify_command;
   notifier.stall_s = options.notify_stall_min * 60;
+  ASSIGN_OR_RETURN(notifier.hosts, NotifyHosts::Of(options.notify_hosts));
+  RETURN_IF_ERROR(CheckNotifierOptions(notifier));
   return notifier;
 }
 
 JobQueueOptions QueueOptionsOf(const ServeOptions& options, const LimitRules& limits) {
   JobQueueOptions queue;
-  queue.notice_targets = NotifierOptionsOf(options).Targets();
   queue.limits = limits;
   queue.db_path = options.db;
   if (options.kinds != nullptr) queue.kinds = options.kinds;
@@ -225,14 +226,13 @@ ProgramError Serve(const ServeOptions& options) {
   }
   auto samplers = LoadSamplers(options.samplers);
   if (!samplers.ok()) return {samplers.status(), kExitUsage};
-  const NotifierOptions notify = NotifierOptionsOf(options);
-  if (const absl::Status status = CheckNotifierOptions(notify); !status.ok()) {
-    return {status, kExitUsage};
-  }
+  const absl::StatusOr<NotifierOptions> notify = NotifierOptionsOf(options);
+  if (!notify.ok()) return {notify.status(), kExitUsage};
   if (ProgramError error = CheckDatabasePlace(options.db); !error.status.ok()) return error;
   absl::StatusOr<std::unique_ptr<Store>> store = Internal("not opened");
   std::optional<FilePresence> presence;
   JobQueueOptions queue_options = QueueOptionsOf(options, limits);
+  queue_options.notice_targets = notify->Targets();
   queue_options.open_store = [&](const KnownStore& known) -> absl::StatusOr<std::string> {
     store = OpenWritableStore(options, known);
     RETURN_IF_ERROR(store.status());
@@ -256,6 +256,7 @@ ProgramError Serve(const ServeOptions& options) {
     };
   }
   server_options.samplers = *std::move(samplers);
+  server_options.notify_hosts = notify->hosts;
   auto server = CoordinatorServer::Start(server_options, **queue);
   if (!server.ok()) return ListenError(server.status());
   Janitor janitor(**queue, **store, (*server)->content(),
@@ -265,7 +266,7 @@ ProgramError Serve(const ServeOptions& options) {
                             .keep_bytes = static_cast<int64_t>(options.keep_gb * 1e9)},
                    .database = options.db});
   std::optional<Notifier> notifier;
-  if (!notify.Targets().empty()) notifier.emplace(**queue, (*server)->waits(), notify);
+  if (!notify->Targets().empty()) notifier.emplace(**queue, (*server)->waits(), *notify);
   std::unique_ptr<HttpServer> http;
   if (!options.http.empty()) {
     HttpServerOptions page = HttpOptionsOf(options, *security, budget->http, **store);

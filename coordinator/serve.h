@@ -41,7 +41,8 @@ struct ServeOptions {
   double backoff_s = 5;            // Least wait before a failed job's first retry.
   std::string notify;              // URL that notices are posted to; empty: none.
   std::string notify_command;      // Program that notices are given to; empty: none.
-  double notify_stall_min = 30;    // Minutes without a running job that are a stall; 0: never.
+  std::vector<std::string> notify_hosts;  // Hosts of studies' own receivers of notices.
+  double notify_stall_min = 30;  // Minutes without a running job that are a stall; 0: never.
   // Makes the table of results of a study for the page; null: the page shows none.
   std::function<absl::StatusOr<std::string>(JobQueue&, const Store&, int64_t study)> table;
   // Scores the studies of searches; null: this coordinator doesn't search.

@@ -36,7 +36,7 @@ constexpr double kMostVerticalFov_deg = 110;  // Limits pictures whose height is
 constexpr size_t kMostFiles = 10;             // In a row of studies that extend each other.
 constexpr const char* kStudyFields[] = {
     "study", "extends",        "base",     "set",       "seed",     "pairs",  "priority", "tags",
-    "train", "rigs_per_scene", "evaluate", "memory_mb", "variants", "stream", "search"};
+    "train", "rigs_per_scene", "evaluate", "memory_mb", "variants", "stream", "search",   "notify"};
 
 // One of the files that a study is read from.
 struct StudyFile {
@@ -167,6 +167,8 @@ class StudyLoader {
       } else if (name == "evaluate") {
         if (is_first) ApplyDefaults(spec_.mutable_evaluate());
         ReadPart(reader, node, name, spec_.mutable_evaluate());
+      } else if (name == "notify") {
+        ReadNotify(file, node);
       } else if (v1::SceneConfig::descriptor()->FindFieldByName(name) != nullptr) {
         reader.Error(node, name,
                      "no field of a study but of its scenes, allowed is set." + name +
@@ -240,6 +242,13 @@ class StudyLoader {
     Origins origins;
     reader.Merge(node, message, path, &origins);
     origins_.SetBelow(path, origins);
+  }
+
+  // The address may be a secret: where the text is shown to others, it is sought and cut out.
+  void ReadNotify(StudyFile& file, const YAML::Node& node) {
+    ReadPart(file.reader, node, "notify", spec_.mutable_notify());
+    if (file.text.find(spec_.notify().url()) != std::string::npos) return;
+    file.reader.Error(node, "notify.url", "written with escapes, allowed is the address as it is");
   }
 
   // Reads the tags that a worker must have to get the study's jobs.

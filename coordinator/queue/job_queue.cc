@@ -378,6 +378,13 @@ absl::StatusOr<double> JobQueue::Tick() {
 bool JobQueue::Work() { return impl_->writer_->Work(); }
 
 // ---- Reads
+absl::StatusOr<bool> JobQueue::IsArchived(StudyId study) {
+  return impl_->readers_->Get(false, [&](SqliteConnection& db) -> absl::StatusOr<bool> {
+    ASSIGN_OR_RETURN(const auto archived,
+                     db.Integer("SELECT archived FROM studies WHERE id = ?1", study.value));
+    return archived.value_or(0) != 0;
+  });
+}
 absl::StatusOr<v1::StudyStatus> JobQueue::GetStudy(StudyId study) {
   ASSIGN_OR_RETURN(v1::StudyStatus status, impl_->readers_->GetStudy(study.value));
   RETURN_IF_ERROR(AddLimits(*impl_->readers_, impl_->options_.limits, {&status, 1}));
@@ -451,10 +458,10 @@ absl::StatusOr<std::vector<Notice>> JobQueue::ListNotices(int limit) {
   return impl_->readers_->Get(
       0, [&](SqliteConnection& db) { return parallax::ListNotices(db, now, limit); });
 }
-absl::Status JobQueue::RaiseStalled(StudyId study) {
+absl::Status JobQueue::RaiseNotice(StudyId study, const char* event) {
   return impl_->Do("notice", [&](Machine& machine) {
     const double now = machine.tables().Now();
-    return machine.tables().notices.Raise(study.value, kNoticeStalled, now, now);
+    return machine.tables().notices.Raise(study.value, event, now, now);
   });
 }
 absl::Status JobQueue::EndNotice(const Notice& notice) {

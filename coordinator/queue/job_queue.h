@@ -91,7 +91,7 @@ struct JobQueueOptions {
   // Number of logs of failed attempts to keep, of at most 16 kB each, and as many of archived jobs.
   int most_logs = 1000;
   // Receivers of notices, such as "webhook": what happens to studies is kept for each of them until
-  // it has it. Empty: nothing is kept.
+  // it has it. kStudyTarget stands for the studies' own. Empty: nothing is kept.
   std::vector<std::string> notice_targets;
   double notice_gather_s = 60;  // Failures of one study within this time are one notice.
   // Opens the store of the results and returns its id. Called by Open before any command, with the
@@ -323,6 +323,8 @@ class JobQueue {
 
   // Returns at most 1,000 leased jobs that report figures, by id.
   absl::StatusOr<std::vector<RunningJob>> ListRunning();
+  // Returns whether a study is in the archive, where it can't be retried.
+  absl::StatusOr<bool> IsArchived(StudyId study);
   // Returns the numbers of READY jobs by what they need of a worker; `study` 0: of all studies.
   // Works in memory; its cost grows with the groups, not with the jobs.
   std::map<ReadyKey, int64_t> ReadyGroups(int64_t study = 0) const;
@@ -336,11 +338,12 @@ class JobQueue {
   // Samples since then, the oldest first.
   absl::StatusOr<std::vector<HistorySample>> ListSamples(double since_unix_s);
 
-  // ---- Notices for the operator
+  // ---- Notices for the operator, and for the receivers of studies
   // Returns notices that are due, the longest due first, at most `limit`.
   absl::StatusOr<std::vector<Notice>> ListNotices(int limit);
-  // Adds a notice that a study is stalled, for each target.
-  absl::Status RaiseStalled(StudyId study);
+  // Adds a notice of an event of notice.h that only its caller knows of, for each target that wants
+  // it.
+  absl::Status RaiseNotice(StudyId study, const char* event);
   // Removes a notice that its receiver has, or nobody wants; it comes again if it has happened
   // again.
   absl::Status EndNotice(const Notice& notice);

@@ -49,10 +49,11 @@ class CoordinatorServerImpl final : public CoordinatorServer {
                   .access = options.store_access},
                  queue.database_id(), LeaseFor(options, queue),
                  options.check_outputs ? options.store : nullptr, artifacts_.content(),
-                 options.hello_s),
-        streams_(queue, client_pool_, *options.clock, options.store_uri, artifacts_.content()),
+                 options.notify_hosts, options.hello_s),
+        streams_(queue, client_pool_, *options.clock, options.store_uri, artifacts_.content(),
+                 options.notify_hosts),
         searches_(queue, client_pool_, *options.clock, options.scorer, options.samplers,
-                  artifacts_.content()) {
+                  artifacts_.content(), options.notify_hosts) {
     queue_.SetObserver(&dispatcher_);
     worker_pool_.Start();
     client_pool_.Start();

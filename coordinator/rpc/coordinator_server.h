@@ -21,6 +21,7 @@
 #include "coordinator/rpc/storage/scrubber.h"
 #include "coordinator/search/samplers.h"
 #include "coordinator/search/trial_scores.h"
+#include "coordinator/study/notify_hosts.h"
 #include "parallax/v1/service.pb.h"
 #include "parallax/v1/stream.pb.h"
 
@@ -67,6 +68,8 @@ struct CoordinatorServerOptions {
   TrialScorer scorer;
   // Programs that searches may name to propose trials.
   std::map<std::string, Sampler> samplers;
+  // Hosts to which studies may have notices posted; another is refused with the study.
+  NotifyHosts notify_hosts;
   Clock* clock = &Clock::System();
 };
 

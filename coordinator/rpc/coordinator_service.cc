@@ -19,7 +19,8 @@ CoordinatorService::CoordinatorService(JobQueue& queue, Dispatcher& dispatcher,
                                        const WaitReasons& waits, TaskPool& worker_pool,
                                        TaskPool& client_pool, AnnouncedStore store,
                                        std::string coordinator_id, double lease_s,
-                                       const Store* outputs, ContentKeeper* content, double hello_s)
+                                       const Store* outputs, ContentKeeper* content,
+                                       NotifyHosts notify_hosts, double hello_s)
     : queue_(queue),
       dispatcher_(dispatcher),
       waits_(waits),
@@ -29,6 +30,7 @@ CoordinatorService::CoordinatorService(JobQueue& queue, Dispatcher& dispatcher,
       coordinator_id_(std::move(coordinator_id)),
       outputs_(outputs),
       content_(content),
+      notify_hosts_(std::move(notify_hosts)),
       streams_{queue,   dispatcher,          worker_pool, store_, coordinator_id_,
                lease_s, [this] { Leave(); }, watch_,      hello_s} {}
 

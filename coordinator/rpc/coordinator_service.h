@@ -31,11 +31,11 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
  public:
   // All arguments must outlive the service. `outputs` is the store in which files of results must
   // be; null: not checked. `content` checks that the content of studies is in the store; null: not
-  // checked.
+  // checked. Studies' notices may go to `notify_hosts` only.
   CoordinatorService(JobQueue& queue, Dispatcher& dispatcher, const WaitReasons& waits,
                      TaskPool& worker_pool, TaskPool& client_pool, AnnouncedStore store,
                      std::string coordinator_id, double lease_s, const Store* outputs,
-                     ContentKeeper* content, double hello_s);
+                     ContentKeeper* content, NotifyHosts notify_hosts, double hello_s);
 
   // Sets what watches the store: while it is not there, no study is taken and no files are
   // published. Call it before the first RPC; `guard` must outlive the calls.
@@ -109,6 +109,7 @@ class CoordinatorService final : public v1::Coordinator::CallbackService {
   const std::string coordinator_id_;
   const Store* const outputs_;
   ContentKeeper* const content_;
+  const NotifyHosts notify_hosts_;
   const StoreGuard* guard_ = nullptr;
   CallWatch watch_;  // Over streams that have not said hello.
   const WorkStreamContext streams_;

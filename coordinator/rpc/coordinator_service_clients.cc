@@ -49,6 +49,7 @@ CoordinatorService::Reactor* CoordinatorService::Submit(Context* context,
   return ForClient(context, absl::OkStatus(), [this, context, request, reply]() -> absl::Status {
     RETURN_IF_ERROR(CheckStore());
     RETURN_IF_ERROR(CheckSubmit(*request));
+    RETURN_IF_ERROR(notify_hosts_.Check(request->study()));
     RETURN_IF_ERROR(CheckPriority(CallerOf(*context), request->study().priority()));
     v1::SubmitRequest resolved = *request;
     ResolveTraining(resolved.mutable_study());

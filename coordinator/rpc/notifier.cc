@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "common/base/http_url.h"
 #include "common/base/names.h"
 #include "common/base/system/child_process.h"
 #include "common/base/system/file.h"
@@ -43,9 +44,13 @@ std::string TextOf(const Notice& notice, const v1::StudyStatus& study, double st
     }
     return text;
   }
-  std::string text = fmt::format("{}: no job of it has run for {:.0f} minutes, {} are ready", name,
-                                 stall_s / 60, JobsInState(study, "READY"));
+  const bool waits = notice.event == kNoticeWaits;
+  std::string text = waits
+                         ? name + ": jobs wait for a person"
+                         : fmt::format("{}: no job of it has run for {:.0f} minutes, {} are ready",
+                                       name, stall_s / 60, JobsInState(study, "READY"));
   for (const v1::WaitingJobs& jobs : study.waiting()) {
+    if (waits && !NeedsPerson(jobs.reason())) continue;
     text += fmt::format("; {} {} jobs: {}", jobs.jobs(), jobs.kind(), jobs.text());
   }
   return text;
@@ -53,14 +58,16 @@ std::string TextOf(const Notice& notice, const v1::StudyStatus& study, double st
 
 // Whether it still says what is the case. An end is told again when the study ends again.
 bool IsWanted(const Notice& notice, const v1::StudyStatus& study) {
+  if (notice.event == kNoticeWaits) {
+    return std::any_of(study.waiting().begin(), study.waiting().end(),
+                       [](const v1::WaitingJobs& jobs) { return NeedsPerson(jobs.reason()); });
+  }
   return notice.event != kNoticeDone || study.finished_unix_s() > 0;
 }
 
-// The host of a URL, without name and password: its path may be a secret.
-std::string HostOf(const std::string& url) {
-  const size_t begin = url.find("://") + 3;
-  const std::string authority = url.substr(begin, url.find_first_of("/?#", begin) - begin);
-  return authority.substr(authority.rfind('@') + 1);
+// Names the receiver in the log: an address without its path, which may be a secret.
+std::string ReceiverOf(const Notice& notice) {
+  return notice.target == kStudyTarget ? HostOfUrl(notice.url) : notice.target;
 }
 
 }  // namespace
@@ -69,14 +76,13 @@ std::vector<std::string> NotifierOptions::Targets() const {
   std::vector<std::string> targets;
   if (!url.empty()) targets.push_back(kWebhook);
   if (!command.empty()) targets.push_back(kCommand);
+  if (!hosts.empty()) targets.push_back(kStudyTarget);
   return targets;
 }
 
 absl::Status CheckNotifierOptions(const NotifierOptions& options) {
-  const std::string& url = options.url;
-  const bool http = url.rfind("http://", 0) == 0 || url.rfind("https://", 0) == 0;
-  if (!url.empty() && (!http || HostOf(url).empty())) {
-    return InvalidArgument("--notify {}: wanted http://HOST/... or https://HOST/...", Quoted(url));
+  if (!options.url.empty() && !WhyNotHttpUrl(options.url).empty()) {
+    return InvalidArgument("--notify {}: {}", Quoted(options.url), WhyNotHttpUrl(options.url));
   }
   const std::string& command = options.command;
   if (command.find('/') != std::string::npos && access(command.c_str(), X_OK) != 0) {
@@ -98,7 +104,20 @@ Notifier::Notifier(JobQueue& queue, const WaitReasons& waits, const NotifierOpti
   if (options_.every_s > 0) thread_ = std::thread([this] { Loop(); });
 }
 
-Notifier::~Notifier() {
+Notifier::~Notifier() { StopThread(); }
+
+void Notifier::Finish() {
+  StopThread();
+  {
+    const std::lock_guard lock(mu_);
+    stopping_ = false;
+  }
+  if (const auto looked = Look(); !looked.ok()) {
+    LogWarning("notices can't be read", {{"error", looked.status()}});
+  }
+}
+
+void Notifier::StopThread() {
   {
     const std::lock_guard lock(mu_);
     stopping_ = true;
@@ -126,21 +145,27 @@ void Notifier::Loop() {
 }
 
 absl::StatusOr<int> Notifier::Look() {
-  RETURN_IF_ERROR(LookForStalls());
+  RETURN_IF_ERROR(LookAtStudies());
   ASSIGN_OR_RETURN(const std::vector<Notice> notices, queue_.ListNotices(kAtOnce));
-  int delivered = 0, failed = 0;
+  int delivered = 0;
+  std::map<std::string, int> failed;  // By receiver.
   for (const Notice& notice : notices) {
-    if (IsStopping() || failed == kMostFailed) break;
-    const absl::Status status = Deliver(notice);
+    if (IsStopping()) break;
+    // A receiver that is away is not asked again before the next look. Users' receivers are many.
+    int& failures = failed[ReceiverOf(notice)];
+    const bool is_own = notice.target == kStudyTarget;
+    if (!is_own && failures == kMostFailed) continue;
+    const absl::Status status =
+        is_own && failures > 0 ? Unavailable("the host has just not answered") : Deliver(notice);
     if (status.ok()) {
       RETURN_IF_ERROR(queue_.EndNotice(notice));
       ++delivered;
       continue;
     }
-    ++failed;
+    ++failures;
     const bool over = options_.clock->UnixSeconds() - notice.since_unix_s > kKept_s;
     LogWarning(over ? "a notice is dropped after a week" : "a notice is not delivered",
-               {{"to", notice.target},
+               {{"to", ReceiverOf(notice)},
                 {"event", notice.event},
                 {"study", notice.study},
                 {"tries", notice.tries + 1},
@@ -152,48 +177,79 @@ absl::StatusOr<int> Notifier::Look() {
   return delivered;
 }
 
-absl::Status Notifier::LookForStalls() {
-  if (options_.stall_s <= 0) return absl::OkStatus();
+bool Notifier::IsNews(Finding& finding, double now_s, double least_s, int64_t look) {
+  if (finding.seen == 0) finding.since_s = now_s;
+  finding.seen = look;
+  if (finding.told || now_s - finding.since_s < least_s) return false;
+  finding.told = true;
+  return true;
+}
+
+absl::Status Notifier::LookAtStudies() {
   ASSIGN_OR_RETURN(const auto studies,
                    queue_.ListStudies(kMostStudies, 0, /*only_unfinished=*/true));
   const double now =
       std::chrono::duration<double>(options_.clock->Steady().time_since_epoch()).count();
-  std::map<int64_t, double> idle;
+  ++look_;
   for (const v1::StudyStatus& study : studies) {
-    const bool stands = study.state() == v1::STUDY_STATE_RUNNING &&
-                        JobsInState(study, "READY") > 0 && JobsInState(study, "LEASED") == 0;
-    const int64_t id = study.study_id();
-    if (!stands) continue;
-    const auto before = idle_since_s_.find(id);
-    idle[id] = before == idle_since_s_.end() ? now : before->second;
-    if (now - idle[id] < options_.stall_s || !told_stalled_.insert(id).second) continue;
-    RETURN_IF_ERROR(queue_.RaiseStalled(StudyId{id}));
+    if (study.state() != v1::STUDY_STATE_RUNNING || JobsInState(study, "READY") == 0) continue;
+    RETURN_IF_ERROR(LookForStall(study, now));
+    RETURN_IF_ERROR(LookForNeeds(study, now));
   }
-  idle_since_s_ = std::move(idle);
-  std::erase_if(told_stalled_, [&](int64_t id) { return idle_since_s_.count(id) == 0; });
+  // What is no longer the case is told again when it is.
+  std::erase_if(stalls_, [this](const auto& entry) { return entry.second.seen != look_; });
+  std::erase_if(needs_, [this](const auto& entry) { return entry.second.seen != look_; });
   return absl::OkStatus();
+}
+
+absl::Status Notifier::LookForStall(const v1::StudyStatus& study, double now_s) {
+  if (options_.stall_s <= 0 || JobsInState(study, "LEASED") > 0) return absl::OkStatus();
+  if (!IsNews(stalls_[study.study_id()], now_s, options_.stall_s, look_)) return absl::OkStatus();
+  return queue_.RaiseNotice(StudyId{study.study_id()}, kNoticeStalled);
+}
+
+absl::Status Notifier::LookForNeeds(v1::StudyStatus study, double now_s) {
+  const int64_t id = study.study_id();
+  waits_.AddTo(study);
+  bool is_news = false;
+  for (const v1::WaitingJobs& jobs : study.waiting()) {
+    if (jobs.reason() == "no_worker") {  // Nobody knows what the next ones bring.
+      for (auto& [key, need] : needs_) {
+        if (key.first == id) need.seen = look_;
+      }
+    }
+    if (!NeedsPerson(jobs.reason())) continue;
+    // The text of memory names what workers have, which changes as they come and go.
+    const std::string what = jobs.reason() == "memory" ? jobs.reason() : jobs.text();
+    Finding& need = needs_[{id, jobs.kind() + " " + what}];
+    is_news = IsNews(need, now_s, options_.waits_s, look_) || is_news;
+  }
+  return is_news ? queue_.RaiseNotice(StudyId{id}, kNoticeWaits) : absl::OkStatus();
 }
 
 absl::Status Notifier::Deliver(const Notice& notice) const {
   absl::StatusOr<v1::StudyStatus> study = queue_.GetStudy(StudyId{notice.study});
   if (absl::IsNotFound(study.status())) return absl::OkStatus();  // It is forgotten.
   RETURN_IF_ERROR(study.status());
-  if (!IsWanted(notice, *study)) return absl::OkStatus();
   waits_.AddTo(*study);
+  if (!IsWanted(notice, *study)) return absl::OkStatus();
   const std::string json = NoticeJson(notice, *study, options_.stall_s);
-  if (notice.target == kWebhook && !options_.url.empty()) return Post(json);
+  if (notice.target == kWebhook && !options_.url.empty()) return Post(options_.url, json);
+  if (notice.target == kStudyTarget && options_.hosts.Allows(notice.url)) {
+    return Post(notice.url, json);
+  }
   if (notice.target == kCommand && !options_.command.empty()) return RunCommand(json);
   return absl::OkStatus();  // Its receiver is no longer wanted.
 }
 
-absl::Status Notifier::Post(const std::string& json) const {
+absl::Status Notifier::Post(const std::string& url, const std::string& json) const {
   const HttpAnswer answer = http_.Send({.method = "POST",
-                                        .url = options_.url,
+                                        .url = url,
                                         .body = {.bytes = json},
                                         .content_type = "application/json",
                                         .most_s = static_cast<long>(std::ceil(options_.most_s))});
   if (answer.code >= 200 && answer.code < 300) return absl::OkStatus();
-  const std::string host = HostOf(options_.url);
+  const std::string host = HostOfUrl(url);
   if (answer.code == 0) return Unavailable("{}: {}", host, answer.error);
   return Unavailable("{} answers {}: {}", host, answer.code,
                      CutText(Printable(answer.body), kMostSaid));

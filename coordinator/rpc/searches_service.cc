@@ -19,10 +19,12 @@ constexpr std::chrono::seconds kTakeAStep(1);
 }  // namespace
 
 SearchesService::SearchesService(JobQueue& queue, TaskPool& pool, Clock& clock, TrialScorer scorer,
-                                 std::map<std::string, Sampler> samplers, ContentKeeper* content)
+                                 std::map<std::string, Sampler> samplers, ContentKeeper* content,
+                                 NotifyHosts notify_hosts)
     : keeper_(queue, clock, std::move(scorer), std::move(samplers)),
       calls_(pool),
-      content_(content) {}
+      content_(content),
+      notify_hosts_(std::move(notify_hosts)) {}
 
 void SearchesService::Start() {
   thread_ = std::thread([this] { Loop(); });
@@ -44,6 +46,7 @@ SearchesService::Reactor* SearchesService::Open(Context* context,
   return calls_.Run(context, [this, context, request, reply]() -> absl::Status {
     v1::StudySpec study = request->study();
     RETURN_IF_ERROR(ValidateStudy(study));
+    RETURN_IF_ERROR(notify_hosts_.Check(study));
     RETURN_IF_ERROR(CheckPriority(CallerOf(*context), study.priority()));
     ResolveTraining(&study);
     if (content_ != nullptr) RETURN_IF_ERROR(content_->CheckStudy(study));

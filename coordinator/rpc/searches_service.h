@@ -13,6 +13,7 @@
 #include "common/base/system/clock.h"
 #include "coordinator/rpc/pooled_calls.h"
 #include "coordinator/search/search_keeper.h"
+#include "coordinator/study/notify_hosts.h"
 #include "parallax/v1/search.grpc.pb.h"
 
 namespace parallax {
@@ -23,9 +24,11 @@ class JobQueue;
 class SearchesService final : public v1::Searches::CallbackService {
  public:
   // All must outlive the service. Without a scorer, it begins no search. `content` checks that the
-  // content of studies is in the store; null: not checked.
+  // content of studies is in the store; null: not checked. A study's notices may go to
+  // `notify_hosts` only.
   SearchesService(JobQueue& queue, TaskPool& pool, Clock& clock, TrialScorer scorer,
-                  std::map<std::string, Sampler> samplers, ContentKeeper* content);
+                  std::map<std::string, Sampler> samplers, ContentKeeper* content,
+                  NotifyHosts notify_hosts);
   ~SearchesService() override { Stop(); }
 
   // Begins to keep the searches going.
@@ -45,6 +48,7 @@ class SearchesService final : public v1::Searches::CallbackService {
   SearchKeeper keeper_;
   PooledCalls calls_;
   ContentKeeper* const content_;
+  const NotifyHosts notify_hosts_;
   std::mutex mu_;
   std::condition_variable stop_;
   bool stopping_ = false;  // Guarded by mu_.

@@ -23,13 +23,14 @@ absl::Status Stopping() { return Unavailable("the coordinator is stopping; ask a
 }  // namespace
 
 StreamsService::StreamsService(JobQueue& queue, TaskPool& pool, Clock& clock, std::string store_uri,
-                               ContentKeeper* content)
+                               ContentKeeper* content, NotifyHosts notify_hosts)
     : keeper_(queue, clock),
       pool_(pool),
       calls_(pool),
       clock_(clock),
       store_uri_(std::move(store_uri)),
-      content_(content) {}
+      content_(content),
+      notify_hosts_(std::move(notify_hosts)) {}
 
 void StreamsService::Start() {
   thread_ = std::thread([this] { Loop(); });
@@ -68,6 +69,7 @@ StreamsService::Reactor* StreamsService::Open(Context* context,
   return calls_.Run(context, [this, context, request, reply]() -> absl::Status {
     v1::StudySpec study = request->study();
     RETURN_IF_ERROR(ValidateStudy(study));
+    RETURN_IF_ERROR(notify_hosts_.Check(study));
     if (content_ != nullptr) RETURN_IF_ERROR(content_->CheckStudy(study));
     ASSIGN_OR_RETURN(*reply, keeper_.Open(study, ActorOf(*context)));
     LogInfo("stream opened", {{"stream", study.name()}});

@@ -17,6 +17,7 @@
 #include "coordinator/rpc/pooled_calls.h"
 #include "coordinator/rpc/task_pool.h"
 #include "coordinator/stream/stream_keeper.h"
+#include "coordinator/study/notify_hosts.h"
 #include "parallax/v1/stream.grpc.pb.h"
 
 namespace parallax {
@@ -27,9 +28,9 @@ class JobQueue;
 class StreamsService final : public v1::Streams::CallbackService {
  public:
   // All must outlive the service. `content` checks that the content of studies is in the store;
-  // null: not checked.
+  // null: not checked. A study's notices may go to `notify_hosts` only.
   StreamsService(JobQueue& queue, TaskPool& pool, Clock& clock, std::string store_uri,
-                 ContentKeeper* content);
+                 ContentKeeper* content, NotifyHosts notify_hosts);
   ~StreamsService() override { Stop(); }
 
   // Begins to keep the streams going.
@@ -68,6 +69,7 @@ class StreamsService final : public v1::Streams::CallbackService {
   Clock& clock_;
   const std::string store_uri_;
   ContentKeeper* const content_;
+  const NotifyHosts notify_hosts_;
 
   std::mutex mu_;
   std::condition_variable changed_;

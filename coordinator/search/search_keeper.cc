@@ -9,6 +9,7 @@
 #include "common/base/seconds.h"
 #include "common/base/system/log.h"
 #include "common/config/check/limit_rules.h"
+#include "common/config/check/notify_check.h"
 #include "common/config/training_plan.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/search/halving.h"
@@ -42,6 +43,7 @@ std::string NextKeyOf(const v1::SearchRecord& record) {
 // Returns the study without what may change while a search goes on.
 std::string LastingPart(v1::StudySpec study) {
   study.clear_source_yaml();
+  study.clear_notify();
   study.mutable_search()->clear_trials();
   study.mutable_search()->clear_core_hours();
   return DeterministicBytes(study);
@@ -135,6 +137,8 @@ absl::StatusOr<v1::SearchStatus> SearchKeeper::Open(const v1::StudySpec& given,
     return FailedPrecondition("this coordinator reads no scores, so it can't search");
   }
   v1::StudySpec study = given;
+  const v1::NotifySpec notify = TakeNotify(&study);
+  if (notify.has_url()) *study.mutable_notify() = notify;
   *study.mutable_search() = SearchOf(given);
   const std::string& sampler = study.search().sampler();
   if (sampler != kSobolSampler && samplers_.count(sampler) == 0) {
@@ -504,6 +508,7 @@ v1::SearchStatus SearchKeeper::StatusOf(Search& search, bool whole) const {
     status.mutable_importances()->Assign(search.importances->begin(), search.importances->end());
   }
   *status.mutable_study() = search.study();
+  status.mutable_study()->clear_notify();
   return status;
 }
 

@@ -10,6 +10,7 @@
 #include "common/base/seconds.h"
 #include "common/base/system/log.h"
 #include "common/config/check/limit_rules.h"
+#include "common/config/check/notify_check.h"
 #include "common/config/verdicts.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/study/expansion.h"
@@ -36,6 +37,13 @@ uint64_t BeginOf(int64_t round) { return StreamPosition{round, 0}.Packed(); }
 
 std::string Named(const v1::StreamConsumer& consumer) {
   return fmt::format("'{}', rank {} of {}", consumer.name(), consumer.rank(), consumer.ranks());
+}
+
+// Returns the study without what may change while its stream goes on.
+std::string LastingPart(v1::StudySpec study) {
+  study.clear_source_yaml();
+  study.clear_notify();
+  return DeterministicBytes(study);
 }
 
 // Returns whether a pair passes the filters of its variant.
@@ -84,8 +92,10 @@ absl::StatusOr<StreamKeeper::Stream*> StreamKeeper::Find(const std::string& name
                   known.empty() ? "`parallax stream FILE` begins one" : "known are: " + known);
 }
 
-absl::StatusOr<v1::StreamStatus> StreamKeeper::Open(const v1::StudySpec& study,
+absl::StatusOr<v1::StreamStatus> StreamKeeper::Open(const v1::StudySpec& given,
                                                     std::string_view actor) {
+  v1::StudySpec study = given;
+  const v1::NotifySpec notify = TakeNotify(&study);
   if (!study.has_stream()) {
     return InvalidArgument(
         "study '{}' has {} pairs; a stream is of an endless study, whose file says `pairs: "
@@ -93,6 +103,7 @@ absl::StatusOr<v1::StreamStatus> StreamKeeper::Open(const v1::StudySpec& study,
         study.name(), study.pairs());
   }
   RETURN_IF_ERROR(CheckStudySpec(ChunkStudy(study, 0)));
+  if (notify.has_url()) *study.mutable_notify() = notify;
   std::lock_guard lock(mu_);
   RETURN_IF_ERROR(Load());
   const auto found = streams_.find(study.name());
@@ -106,16 +117,23 @@ absl::StatusOr<v1::StreamStatus> StreamKeeper::Open(const v1::StudySpec& study,
   } else if (found->second->record.closed()) {
     return AlreadyExists("stream '{}' is being closed: its pairs are removed; try again soon",
                          study.name());
-  } else if (DeterministicBytes(found->second->study()) != DeterministicBytes(study)) {
+  } else if (LastingPart(found->second->study()) != LastingPart(study)) {
     return AlreadyExists(
         "stream '{}' is there already, with other settings: give this study another name, or "
         "`parallax stream {} --close`",
         study.name(), study.name());
+  } else if (UserOfActor(found->second->record.actor()) == UserOfActor(actor) &&
+             DeterministicBytes(found->second->study()) != DeterministicBytes(study)) {
+    v1::StreamRecord record = found->second->record;
+    *record.mutable_study() = study;
+    RETURN_IF_ERROR(queue_.KeepStream(record));
+    found->second->record = std::move(record);
   }
   Stream& stream = *streams_[study.name()];
   RETURN_IF_ERROR(BeginChunks(stream));
   v1::StreamStatus status = StatusOf(stream);
   *status.mutable_study() = stream.study();
+  status.mutable_study()->clear_notify();
   return status;
 }
 
@@ -250,7 +268,10 @@ absl::Status StreamKeeper::Tick() {
     }
     RETURN_IF_ERROR(ForgetChunks(stream));
     RETURN_IF_ERROR(BeginChunks(stream));
-    for (auto& [number, chunk] : stream.chunks) RETURN_IF_ERROR(LookAt(stream, number, chunk));
+    for (auto& [number, chunk] : stream.chunks) {
+      RETURN_IF_ERROR(LookAt(stream, number, chunk));
+      if (chunk.failed) RETURN_IF_ERROR(BeginAgain(stream, number, chunk));
+    }
     ++entry;
   }
   return absl::OkStatus();
@@ -270,6 +291,7 @@ absl::Status StreamKeeper::LookAt(const Stream& stream, int64_t number, Chunk& c
     return absl::OkStatus();
   }
   RETURN_IF_ERROR(study.status());
+  chunk.failed = study->state() == v1::STUDY_STATE_FAILED;
   chunk.needs = NeedsOf(
       *study, fmt::format("chunk {}", number),
       fmt::format("`parallax stream {} --close`, and begin it again", stream.study().name()));
@@ -309,6 +331,30 @@ absl::Status StreamKeeper::LookAt(const Stream& stream, int64_t number, Chunk& c
   chunk.filtered_out = filtered_out;
   chunk.ended = true;
   return absl::OkStatus();
+}
+
+absl::Status StreamKeeper::BeginAgain(Stream& stream, int64_t number, Chunk& chunk) {
+  const int64_t before = chunk.study;
+  ASSIGN_OR_RETURN(const bool is_archived, queue_.IsArchived(StudyId{before}));
+  if (!is_archived) return absl::OkStatus();
+  v1::SubmitRequest request;
+  *request.mutable_study() = ChunkStudy(stream.study(), number);
+  // A start that dies before the record is kept finds the same study again.
+  request.set_idempotency_key(fmt::format("{}/after/{}", KeyOf(stream.record, number), before));
+  const auto reply = queue_.Submit(request, stream.record.actor());
+  if (!reply.ok()) {
+    chunk.needs = fmt::format("chunk {} can't be submitted again: {}", number,
+                              ToStd(reply.status().message()));
+    return absl::OkStatus();
+  }
+  v1::StreamRecord record = stream.record;
+  record.set_chunk_studies(static_cast<int>(number - record.chunks_forgotten()), reply->study_id());
+  RETURN_IF_ERROR(queue_.KeepStream(record));
+  stream.record = std::move(record);
+  chunk = {.study = reply->study_id()};
+  const absl::Status forgotten =
+      queue_.Forget(StudyId{before}, "its chunk was begun again", stream.record.actor()).status();
+  return absl::IsNotFound(forgotten) ? absl::OkStatus() : forgotten;
 }
 
 absl::StatusOr<const StreamKeeper::Round*> StreamKeeper::RoundOf(Stream& stream, int64_t number,
@@ -360,6 +406,14 @@ absl::StatusOr<v1::StreamConsumer*> StreamKeeper::Hear(Stream& stream,
     if (!request.resume() && round > stream.chunks_begun()) {
       return OutOfRange("consumer '{}' begins with pairs of round {}, and round {} is not made",
                         request.consumer(), round, stream.chunks_begun());
+    }
+    if (request.ranks() > ChunkPairsOf(stream.study())) {
+      return InvalidArgument(
+          "consumer '{}' has {} ranks, and a round of stream '{}' has {} pairs, so some ranks "
+          "would "
+          "get none: wanted is a stream whose stream.chunk_pairs is at least {}",
+          request.consumer(), request.ranks(), stream.study().name(), ChunkPairsOf(stream.study()),
+          request.ranks());
     }
     if (stream.record.consumers_size() + request.ranks() > kMostConsumers) {
       return ResourceExhausted(
@@ -418,8 +472,10 @@ absl::StatusOr<v1::NextPairsReply> StreamKeeper::Next(const v1::NextPairsRequest
   while (reply.pairs_size() < limit) {
     ASSIGN_OR_RETURN(const Round* round, RoundOf(*stream, at.round, reply.mutable_waits_for()));
     if (round == nullptr) break;
-    // The first place from here on that is this rank's.
-    at.place += (rank + ranks - at.place % ranks) % ranks;
+    // The first place from here on that is this rank's. Where filters have left fewer pairs than
+    // ranks, the ranks without one take turns.
+    const auto turn = static_cast<uint32_t>(round->size() < ranks ? at.round % ranks : 0);
+    at.place += (rank + turn + ranks - at.place % ranks) % ranks;
     if (at.place >= round->size()) {
       at = {at.round + 1, 0};
       continue;

@@ -34,10 +34,11 @@ class StreamKeeper {
   // Both must outlive the keeper.
   StreamKeeper(JobQueue& queue, Clock& clock) : queue_(queue), clock_(clock) {}
 
-  // Begins a stream, or finds the one that was begun with the same study. `actor` is who asks, for
-  // the audit table. Errors: kAlreadyExists for a name that another stream has; kInvalidArgument
-  // for a study that is not endless; those of JobQueue::Submit and of the database.
-  absl::StatusOr<v1::StreamStatus> Open(const v1::StudySpec& study, std::string_view actor);
+  // Begins a stream, or finds the one that was begun with the same study; if `actor` began it, its
+  // later chunks have the `notify` of now. `actor` is who asks, for the audit table. Errors:
+  // kAlreadyExists for a name that another stream has; kInvalidArgument for a study that is not
+  // endless; those of JobQueue::Submit and of the database.
+  absl::StatusOr<v1::StreamStatus> Open(const v1::StudySpec& given, std::string_view actor);
   // Ends a stream. Its chunks are cancelled and forgotten by the next calls of Tick. Errors:
   // kNotFound.
   absl::StatusOr<v1::StreamStatus> Close(const std::string& name);
@@ -48,7 +49,8 @@ class StreamKeeper {
 
   // Returns pairs and keeps the acknowledgement, durably if it is a new one. Without pairs the
   // reply says what it waits for: ask again. Errors: kNotFound for an unknown or closed stream;
-  // kInvalidArgument for another number of ranks than the consumer has; kOutOfRange for a position
+  // kInvalidArgument for another number of ranks than the consumer has, or for more than a round
+  // has pairs; kOutOfRange for a position
   // whose pairs are forgotten, or are far from made; kResourceExhausted for too many consumers.
   absl::StatusOr<v1::NextPairsReply> Next(const v1::NextPairsRequest& request);
 
@@ -61,6 +63,7 @@ class StreamKeeper {
     int64_t study = 0;
     SteadyTime looked;  // When its study was last asked for its state.
     bool ended = false;
+    bool failed = false;
     std::string needs;                    // Why it does not end without a person.
     std::vector<v1::StreamedPair> pairs;  // Once it has ended: in the order of stream_order.h.
     int64_t filtered_out = 0;             // Pairs that fail a filter, which nobody gets.
@@ -90,6 +93,8 @@ class StreamKeeper {
   absl::StatusOr<bool> End(Stream& stream);
   // Asks for the state of a chunk's study, and for its pairs when it has ended.
   absl::Status LookAt(const Stream& stream, int64_t number, Chunk& chunk);
+  // Submits a chunk anew whose study failed and has gone to the archive, where nobody can retry it.
+  absl::Status BeginAgain(Stream& stream, int64_t number, Chunk& chunk);
   // Returns the round; null with the reason if its pairs are not all made.
   absl::StatusOr<const Round*> RoundOf(Stream& stream, int64_t number, std::string* waits_for);
   // Finds or enters the consumer's rank, and notes that it was heard. `is_new`: the record changed.

@@ -14,6 +14,16 @@ namespace {
 // The golden ratio's fraction: its multiples, modulo 1, spread as evenly as any sequence can.
 constexpr double kGolden = 0.6180339887498949;
 
+// The end of a chunk is no news: one follows the other.
+void AddNotify(const v1::NotifySpec& stream, v1::StudySpec& chunk) {
+  chunk.mutable_notify()->set_url(stream.url());
+  for (const char* event : {"failed", "stalled", "waits"}) {
+    const bool wanted = stream.on().empty() || std::find(stream.on().begin(), stream.on().end(),
+                                                         event) != stream.on().end();
+    if (wanted) chunk.mutable_notify()->add_on(event);
+  }
+}
+
 // Returns the shares of the variants at a pair of the stream; they sum up to 1.
 std::vector<double> SharesAt(const v1::StudySpec& stream, int64_t pair) {
   std::vector<double> shares(static_cast<size_t>(stream.variants_size()), 0);
@@ -105,6 +115,7 @@ v1::StudySpec ChunkStudy(const v1::StudySpec& stream, int64_t chunk) {
   study.set_priority(stream.priority());
   *study.mutable_tags() = stream.tags();
   study.set_memory_mb(stream.memory_mb());
+  if (stream.has_notify()) AddNotify(stream.notify(), study);
   const std::vector<int64_t> pairs = PairsOfChunk(stream, chunk);
   for (int i = 0; i < stream.variants_size(); ++i) {
     if (pairs[static_cast<size_t>(i)] == 0) continue;

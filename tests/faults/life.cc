@@ -305,7 +305,7 @@ class Client {
     (void)queue_.Comment(StudyId{studies_[1]}, "slow", "client");
     (void)queue_.SetPriority(StudyId{studies_[1]}, 5, "", "client");
     (void)queue_.SetPriority(StudyId{studies_[1]}, 6, "", "client");
-    (void)queue_.RaiseStalled(StudyId{studies_[1]});
+    (void)queue_.RaiseNotice(StudyId{studies_[1]}, kNoticeStalled);
     const auto notices = queue_.ListNotices(2);
     if (!notices.ok() || notices->empty()) return;
     (void)queue_.DelayNotice(notices->back(), 1);

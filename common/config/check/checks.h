@@ -42,6 +42,8 @@ void CheckSequences(const v1::SceneConfig& config, const std::string& path, Find
 void CheckTraining(const v1::StudySpec& study, Findings* findings);
 // Checks `search` of a study that has one.
 void CheckSearch(const v1::StudySpec& study, Findings* findings);
+// Checks `notify` of a study that has it. Findings don't quote the address.
+void CheckNotify(const v1::StudySpec& study, Findings* findings);
 // Checks `stream` of an endless study.
 void CheckStream(const v1::StudySpec& study, Findings* findings);
 // Checks a whole study. A study larger than kMaxStudyBytes has one finding only, with an empty

@@ -44,6 +44,7 @@ class StudyChecker {
     CheckSource();
     CheckVariants();
     CheckRigs();
+    CheckNotify(study_, &findings_);
     CheckStream(study_, &findings_);
     CheckTraining(study_, &findings_);
     CheckSearch(study_, &findings_);

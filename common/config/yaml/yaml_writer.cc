@@ -308,6 +308,10 @@ std::string StudyToYaml(const v1::StudySpec& study) {
     out += "stream:";
     WriteNested(study.stream(), "", out);
   }
+  if (study.has_notify()) {
+    out += "notify:";
+    WriteNested(study.notify(), "", out);
+  }
   if (study.has_search()) out += "search:\n" + config_internal::SearchText(study.search());
   if (study.has_train()) {
     out += "train:";

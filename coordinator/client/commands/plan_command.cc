@@ -195,7 +195,7 @@ void PrintStream(const v1::StudySpec& stream, const StudyPlan& chunk, const Sess
                         << (KeepSecondsOf(stream) > 0
                                 ? ", and those used up within " + FormatAbout(KeepSecondsOf(stream))
                                 : "")
-                        << "; `parallax stream` begins it\n";
+                        << ", and files stay six minutes longer; `parallax stream` begins it\n";
 }
 
 // Prices the rungs of a search, and says which differences its last one can show.

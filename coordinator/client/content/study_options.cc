@@ -31,6 +31,7 @@ namespace {
 v1::StudySpec WithoutIncidentals(v1::StudySpec study) {
   study.clear_source_yaml();
   study.clear_priority();
+  study.clear_notify();
   return study;
 }
 

@@ -57,7 +57,7 @@ absl::Status HashContent(v1::StudySpec& study, FolderReaders readers);
 std::string DescribeSize(const v1::StudySpec& study);
 
 // Returns a key that is equal for studies that ask for the same pairs by the same versions of the
-// stages. `source_yaml` and priority do not matter.
+// stages. `source_yaml`, `notify` and priority do not matter.
 std::string IdempotencyKey(const v1::StudySpec& study);
 
 }  // namespace parallax::client

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "common/base/names.h"
+#include "common/config/check/notify_check.h"
 #include "common/store/store.h"
 #include "worker/dataset/archive/archive_index.h"
 
@@ -32,7 +33,9 @@ absl::StatusOr<std::unique_ptr<ArchiveSync>> ArchiveSync::Open(const std::string
   for (const v1::VariantSpec& variant : study.variants()) {
     RETURN_IF_ERROR(CheckName("variant", variant.name()));
   }
-  ASSIGN_OR_RETURN(auto writer, ArchiveWriter::Open(out_dir, study));
+  v1::StudySpec shown = study;  // Datasets are given to others.
+  TakeNotify(&shown);
+  ASSIGN_OR_RETURN(auto writer, ArchiveWriter::Open(out_dir, shown));
   return std::unique_ptr<ArchiveSync>(new ArchiveSync(out_dir, std::move(writer), verify));
 }
 

@@ -22,6 +22,7 @@
 #include "coordinator/http/http_server.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
+#include "coordinator/rpc/notifier.h"
 
 namespace parallax::client {
 namespace {
@@ -35,6 +36,9 @@ constexpr double kReconnectGrace_s = 1;
 // Workers are on this machine and their streams break when they die, so a lease that runs out is
 // the rare case of a worker that hangs.
 constexpr double kLease_s = 30;
+// A run's end waits for its last notices. What is not taken then is told by the next run.
+constexpr double kNotice_s = 5;
+constexpr double kNoticeGather_s = 5;
 
 [[noreturn]] void EndOnCommitFailure(const absl::Status& status) {
   const std::string line =
@@ -116,12 +120,18 @@ absl::Status EmbeddedCoordinator::Listen() {
                          ? store_->Uri().substr(sizeof "file://" - 1) + "/.tmp-incoming"
                          : copy_dir_ + "/incoming";
   server.reconnect_grace_s = kReconnectGrace_s;
+  // The study's author and the coordinator's operator are one.
+  ASSIGN_OR_RETURN(server.notify_hosts, NotifyHosts::Of({"*"}));
   if (!view_only_) {
     server.scorer = [this](const ScoreQuery& query) {
       return ScoreTrials(*queue_, *store_, query);
     };
   }
   ASSIGN_OR_RETURN(server_, CoordinatorServer::Start(server, *queue_));
+  if (view_only_) return absl::OkStatus();
+  notifier_ = std::make_unique<Notifier>(
+      *queue_, server_->waits(),
+      NotifierOptions{.hosts = server.notify_hosts, .most_s = kNotice_s});
   return absl::OkStatus();
 }
 
@@ -178,6 +188,8 @@ absl::StatusOr<std::unique_ptr<EmbeddedCoordinator>> EmbeddedCoordinator::Start(
   if (!fs::exists(queue.db_path, error)) fs::remove_all(work_dir + "/outbox", error);
   queue.lease_s = kLease_s;
   queue.on_fatal = EndOnCommitFailure;
+  queue.notice_targets = {kStudyTarget};
+  queue.notice_gather_s = kNoticeGather_s;
   ASSIGN_OR_RETURN(coordinator->queue_, JobQueue::Open(queue));
   coordinator->db_path_ = queue.db_path;
 
@@ -211,6 +223,8 @@ absl::StatusOr<std::string> EmbeddedCoordinator::ServePage(const std::string& li
 EmbeddedCoordinator::~EmbeddedCoordinator() {
   const auto handler_before = std::signal(SIGALRM, EndOnLongShutdown);
   alarm(kLongestShutdown_s);
+  if (notifier_ != nullptr) notifier_->Finish();
+  notifier_.reset();
   if (server_ != nullptr) server_->SetPage(nullptr);
   page_.reset();
   if (server_ != nullptr) server_->Shutdown();

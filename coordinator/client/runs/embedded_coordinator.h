@@ -13,6 +13,7 @@ namespace parallax {
 class CoordinatorServer;
 class HttpServer;
 class JobQueue;
+class Notifier;
 class Store;
 }  // namespace parallax
 
@@ -51,6 +52,7 @@ class EmbeddedCoordinator {
   std::unique_ptr<Store> store_;
   std::unique_ptr<JobQueue> queue_;
   std::unique_ptr<CoordinatorServer> server_;
+  std::unique_ptr<Notifier> notifier_;
   std::string db_path_;
   std::string copy_dir_;    // Folder of the database's copy; empty: none.
   bool view_only_ = false;  // The page only shows.

@@ -183,6 +183,7 @@ absl::StatusOr<v1::ForgetReply> Forgetting::Forget(int64_t id, std::string_view 
       tables_.db.Run("DELETE FROM waits WHERE job_id IN (SELECT id FROM jobs"
                      " WHERE variant_id IN (SELECT id FROM variants WHERE study_id = ?1))",
                      id));
+  RETURN_IF_ERROR(tables_.notices.SetReceiver(id, {}));
   RETURN_IF_ERROR(tables_.folders.SweepUnwanted(tables_.Now()));
   for (const int64_t variant : study->variants) tables_.hungry.erase(variant);
   RETURN_IF_ERROR(tables_.Audit(actor, "forget", id,

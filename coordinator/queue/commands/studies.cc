@@ -1,5 +1,6 @@
 #include "coordinator/queue/commands/studies.h"
 
+#include "common/config/check/notify_check.h"
 #include "common/config/training_plan.h"
 #include "coordinator/queue/database/compress.h"
 #include "coordinator/study/expansion.h"
@@ -13,13 +14,22 @@ std::string JoinLines(const google::protobuf::RepeatedPtrField<std::string>& lin
   return text;
 }
 
+// The hash of everything that decides what a study makes.
+Sha256Digest LastingHash(v1::StudySpec spec) {
+  spec.clear_source_yaml();
+  return Sha256Of(DeterministicBytes(spec));
+}
+
 }  // namespace
 
 absl::StatusOr<v1::SubmitReply> Studies::Submit(const v1::SubmitRequest& request,
                                                 std::string_view actor) {
-  const v1::StudySpec& spec = request.study();
+  v1::StudySpec spec = request.study();
+  // As older releases had it: a key that one of them took still names this study.
+  const Sha256Digest former_hash = Sha256Of(DeterministicBytes(spec));
+  const v1::NotifySpec receiver = TakeNotify(&spec);
   const std::string spec_bytes = DeterministicBytes(spec);
-  const Sha256Digest spec_hash = Sha256Of(spec_bytes);
+  const Sha256Digest spec_hash = LastingHash(spec);
   v1::SubmitReply reply;
   const std::string user = UserOfActor(actor);
   // A key is its user's own. Older releases kept it without the user.
@@ -30,12 +40,13 @@ absl::StatusOr<v1::SubmitReply> Studies::Submit(const v1::SubmitRequest& request
                       " WHERE idempotency_key = ?1 OR (idempotency_key = ?2 AND user = ?3)",
                       own_key, request.idempotency_key(), user);
     if (known.Next()) {
-      if (known.Digest(1) != spec_hash) {
+      if (known.Digest(1) != spec_hash && known.Digest(1) != former_hash) {
         return AlreadyExists("idempotency key '{}' was used for another study ({})",
                              request.idempotency_key(), known.Int(0));
       }
       reply.set_study_id(known.Int(0));
       reply.set_existed(true);
+      RETURN_IF_ERROR(tables_.notices.SetReceiver(reply.study_id(), receiver));
       return reply;
     }
     RETURN_IF_ERROR(known.status());
@@ -58,6 +69,7 @@ absl::StatusOr<v1::SubmitReply> Studies::Submit(const v1::SubmitRequest& request
         id, variant.name(), SqlBlob{PackMessage(variant.config())}, PairsOf(spec, variant),
         RigsPerSceneOf(spec, variant), static_cast<int64_t>(SeedOf(spec, variant))));
   }
+  RETURN_IF_ERROR(tables_.notices.SetReceiver(id, receiver));
   RETURN_IF_ERROR(tables_.Audit(actor, "submit", id, spec.name()));
   tables_.ledger.NoteCreated(id);
   ASSIGN_OR_RETURN(const Study* study, tables_.ledger.FindStudy(id));

@@ -14,12 +14,12 @@ absl::StatusOr<std::vector<v1::AuditEntry>> Readers::ListAudit(
     const v1::ListAuditRequest& request) {
   return Get(deadline_s_, [&](SqliteConnection& db) {
     const int64_t limit = request.limit() > 0 ? request.limit() : kEntriesUnlessTold;
-    SqliteQuery query(db,
-                      "SELECT id, unix_s, actor, action, coalesce(study_id, 0),"
-                      " substr(detail, 1, 2000) FROM audit"
-                      " WHERE (?1 = 0 OR study_id = ?1) AND (?2 = 0 OR id < ?2)"
-                      " ORDER BY id DESC LIMIT ?3",
-                      request.study_id(), request.before(), limit);
+    const std::string sql = std::string(
+                                "SELECT id, unix_s, actor, action, coalesce(study_id, 0),"
+                                " substr(detail, 1, 2000) FROM audit WHERE ") +
+                            (request.study_id() == 0 ? "?1 = 0" : "study_id = ?1") +  // By index.
+                            " AND (?2 = 0 OR id < ?2) ORDER BY id DESC LIMIT ?3";
+    SqliteQuery query(db, sql.c_str(), request.study_id(), request.before(), limit);
     return query.Rows([&] {
       v1::AuditEntry entry;
       entry.set_id(query.Int(0));

@@ -1,6 +1,6 @@
-// The table `notices`. A notice is written in the transaction of what it tells, so that none is
-// lost; it goes when its receiver has it. Used by the writing thread only, inside a transaction,
-// except for ListNotices. Errors of all functions: those of the database.
+// The tables `notices` and `study_receivers`. A notice is written in the transaction of what it
+// tells, so that none is lost; it goes when its receiver has it. Used by the writing thread only,
+// inside a transaction, except for ListNotices. Errors of all functions: those of the database.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@
 #include "common/base/status.h"
 #include "coordinator/queue/database/sqlite.h"
 #include "coordinator/queue/notice.h"
+#include "parallax/v1/study.pb.h"
 
 namespace parallax {
 
@@ -19,8 +20,10 @@ class NoticeTable {
   NoticeTable(SqliteConnection& db, const std::vector<std::string>& targets)
       : db_(db), targets_(targets) {}
 
-  // Notes for each target that this has happened to a study. It is due at `due_unix_s`, or when an
-  // equal one that still waits is due.
+  // Sets a study's own receiver; one without a URL removes it, and what it is still to be told.
+  absl::Status SetReceiver(int64_t study, const v1::NotifySpec& receiver);
+  // Notes for each target that wants it that this has happened to a study. It is due at
+  // `due_unix_s`, or when an equal one that still waits is due.
   absl::Status Raise(int64_t study, const char* event, double now_unix_s, double due_unix_s);
   // Removes a delivered notice. If it has happened again meanwhile, it is due again then.
   absl::Status End(const Notice& notice, double due_unix_s);

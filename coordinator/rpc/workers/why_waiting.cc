@@ -107,6 +107,8 @@ bool IsUnservable(const std::string& code) {
   return code != "pause" && at <= last;
 }
 
+bool NeedsPerson(const std::string& code) { return IsUnservable(code) && code != "no_worker"; }
+
 WaitReason WhyWaiting(const ReadyKey& jobs, const StudyHold& study,
                       std::span<const WorkerGroup> workers) {
   if (study.paused) return {"pause", "the study is paused (parallax resume STUDY)"};

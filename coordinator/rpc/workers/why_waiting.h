@@ -49,6 +49,10 @@ inline constexpr const char* kWaitCodes[] = {
 // Returns whether the code says that no connected worker could ever run the jobs.
 bool IsUnservable(const std::string& code);
 
+// Returns whether the code says that workers are connected, and a person must give one of them what
+// the jobs need.
+bool NeedsPerson(const std::string& code);
+
 // Returns why jobs of this kind and with these needs do not run.
 WaitReason WhyWaiting(const ReadyKey& jobs, const StudyHold& study,
                       std::span<const WorkerGroup> workers);

@@ -98,7 +98,7 @@ class NotifierTest : public QueueTest {
     waits_.reset();
     options_.notice_targets = notify_.Targets();
     Reopen();
-    waits_.emplace(*queue_, clock_, [] { return std::vector<WorkerGroup>(); });
+    waits_.emplace(*queue_, clock_, [this] { return workers_; });
     notifier_.emplace(*queue_, *waits_, notify_);
   }
   int Look() {
@@ -118,7 +118,21 @@ class NotifierTest : public QueueTest {
     QueueTest::TearDown();
   }
 
+  // A study with a receiver of its own.
+  absl::StatusOr<v1::SubmitReply> SubmitFor(const std::string& url,
+                                            const std::vector<std::string>& events = {},
+                                            const StudyOptions& options = {}) {
+    v1::SubmitRequest request = MakeStudy(options);
+    v1::NotifySpec& notify = *request.mutable_study()->mutable_notify();
+    notify.set_url(url);
+    notify.mutable_on()->Assign(events.begin(), events.end());
+    request.mutable_study()->set_source_yaml("notify: {url: " + url + "}\n");
+    return queue_->Submit(request, "tester");
+  }
+  void AllowAnyHost() { notify_.hosts = *NotifyHosts::Of({"*"}); }
+
   NotifierOptions notify_;
+  std::vector<WorkerGroup> workers_;
   std::optional<WaitReasons> waits_;
   std::optional<Notifier> notifier_;
 };
@@ -272,11 +286,133 @@ TEST_F(NotifierTest, NobodyIsToldOfAStudyThatIsForgottenOrGoesOn) {
   EXPECT_THAT(receiver.bodies(), IsEmpty());
 }
 
+TEST_F(NotifierTest, AStudysOwnReceiverHearsOfItAlone) {
+  Receiver operators, own;
+  notify_.url = operators.url();
+  AllowAnyHost();
+  Start();
+  Submit({.name = "other", .seed = 1, .pairs = 2});
+  ASSERT_TRUE(SubmitFor(own.url(), {}, {.name = "told", .seed = 2, .pairs = 2}).ok());
+  WorkOff(AnyWorker("w"));
+  EXPECT_EQ(Look(), 3);
+  EXPECT_THAT(operators.bodies(), SizeIs(2));
+  ASSERT_THAT(own.bodies(), SizeIs(1));
+  EXPECT_EQ(json::parse(own.bodies()[0])["study"]["name"], "told");
+}
+
+TEST_F(NotifierTest, AStudysReceiverHearsTheEventsThatItWants) {
+  Receiver own;
+  AllowAnyHost();
+  Start();
+  ASSERT_TRUE(SubmitFor(own.url(), {"failed", "waits"}, {.pairs = 2}).ok());
+  Fail(Failure(LeaseOne(Solver("w")), "w", "no such file", /*retryable=*/false));
+  WorkOff(AnyWorker("w"));
+  clock_.Advance(60);
+  EXPECT_EQ(Look(), 1);
+  ASSERT_THAT(own.bodies(), SizeIs(1));
+  EXPECT_EQ(json::parse(own.bodies()[0])["event"], "failed") << "not done";
+}
+
+TEST_F(NotifierTest, TheAddressOfAStudysReceiverIsNotInItsText) {
+  AllowAnyHost();
+  Start();
+  const auto reply = SubmitFor("https://hooks.example.com/T0/secret");
+  ASSERT_TRUE(reply.ok()) << reply.status();
+  const v1::StudyStatus study = Status(StudyId{reply->study_id()});
+  EXPECT_FALSE(study.spec().has_notify());
+  EXPECT_EQ(study.spec().source_yaml(), "notify: {url: <hooks.example.com>}\n");
+}
+
+TEST_F(NotifierTest, AStudyThatIsSubmittedAgainTakesItsNewReceiver) {
+  Receiver before, after;
+  AllowAnyHost();
+  Start();
+  const auto first = SubmitFor(before.url(), {}, {.pairs = 2, .key = "k"});
+  const auto again = SubmitFor(after.url(), {}, {.pairs = 2, .key = "k"});
+  ASSERT_TRUE(first.ok() && again.ok()) << again.status();
+  EXPECT_TRUE(again->existed());
+  EXPECT_EQ(again->study_id(), first->study_id());
+  WorkOff(AnyWorker("w"));
+  EXPECT_EQ(Look(), 1);
+  EXPECT_THAT(before.bodies(), IsEmpty());
+  EXPECT_THAT(after.bodies(), SizeIs(1));
+  ASSERT_TRUE(queue_->Submit(MakeStudy({.pairs = 2, .key = "k"}), "tester")->existed());
+  ASSERT_TRUE(queue_->RaiseNotice(StudyId{first->study_id()}, kNoticeFailed).ok());
+  EXPECT_EQ(Look(), 0) << "it has none any more";
+}
+
+TEST_F(NotifierTest, AHostThatIsAwayHoldsUpNoOther) {
+  std::string away;
+  {
+    Receiver receiver;
+    away = receiver.url();
+  }
+  Receiver there;
+  AllowAnyHost();
+  Start();
+  for (uint64_t i = 0; i < 5; ++i) ASSERT_TRUE(SubmitFor(away, {}, {.seed = i, .pairs = 2}).ok());
+  ASSERT_TRUE(SubmitFor(there.url(), {}, {.seed = 5, .pairs = 2}).ok());
+  WorkOff(AnyWorker("w"));
+  EXPECT_EQ(Look(), 1);
+  EXPECT_THAT(there.bodies(), SizeIs(1));
+  EXPECT_THAT(*queue_->ListNotices(100), IsEmpty()) << "all five come later";
+  clock_.Advance(10);
+  EXPECT_THAT(*queue_->ListNotices(100), SizeIs(5));
+}
+
+TEST_F(NotifierTest, NothingIsPostedToAHostThatIsNoLongerAllowed) {
+  Receiver own;
+  AllowAnyHost();
+  Start();
+  ASSERT_TRUE(SubmitFor(own.url(), {}, {.pairs = 2}).ok());
+  WorkOff(AnyWorker("w"));
+  notify_.hosts = *NotifyHosts::Of({"hooks.example.com"});
+  Start();
+  EXPECT_EQ(Look(), 1) << "dropped";
+  EXPECT_THAT(own.bodies(), IsEmpty());
+}
+
+TEST_F(NotifierTest, JobsThatWaitForAPersonAreToldOfOnceUntilItChanges) {
+  Receiver receiver;
+  notify_.url = receiver.url();
+  notify_.stall_s = 0;
+  Start();
+  const WorkerGroup solvers{.kinds = {"solve"}, .memory_mb = 64'000, .free = 1};
+  v1::SubmitRequest request = MakeStudy({.name = "baseline", .pairs = 4});
+  request.mutable_study()->add_tags("big");
+  ASSERT_TRUE(queue_->Submit(request, "tester").ok());
+  const auto look_after = [this](double seconds) {
+    clock_.Advance(seconds);
+    return Look();
+  };
+  EXPECT_EQ(Look(), 0);
+  EXPECT_EQ(look_after(300), 0) << "without workers, nobody knows what the next ones bring";
+  workers_ = {solvers};
+  EXPECT_EQ(look_after(1), 0);
+  EXPECT_EQ(look_after(299), 0);
+  EXPECT_EQ(look_after(1), 1);
+  EXPECT_EQ(look_after(3600), 0) << "once";
+  const json notice = json::parse(receiver.bodies().at(0));
+  EXPECT_EQ(notice["event"], "waits");
+  EXPECT_THAT(std::string(notice["text"]),
+              HasSubstr("study 1 (baseline): jobs wait for a person; 2 solve jobs: no connected "
+                        "worker for solve jobs has the tag big"));
+  workers_.clear();
+  EXPECT_EQ(look_after(1), 0);
+  workers_ = {solvers};
+  EXPECT_EQ(look_after(1000), 0) << "they were away for a while only";
+  workers_[0].tags = {"big"};
+  EXPECT_EQ(look_after(1), 0);
+  workers_ = {solvers};
+  EXPECT_EQ(look_after(1), 0);
+  EXPECT_EQ(look_after(300), 1) << "it is so again";
+}
+
 TEST_F(NotifierTest, ReceiversAreCheckedAtTheStart) {
   const struct {
     const char *url, *command, *error;
   } kCases[] = {
-      {"ftp://host/x", "", "--notify \"ftp://host/x\": wanted http://HOST/..."},
+      {"ftp://host/x", "", "--notify \"ftp://host/x\": is no address, allowed is http://HOST/..."},
       {"http:///x", "", "--notify \"http:///x\""},
       {"host", "", "--notify \"host\""},
       {"", "/no/such/program", "--notify-command \"/no/such/program\": is no program"},

@@ -108,6 +108,17 @@ TEST_F(StreamsTest, ACoordinatorThatStopsEndsWaitingCallsAndForgetsNothing) {
   EXPECT_TRUE(Next(Request(0)).ok());
 }
 
+TEST_F(StreamsTest, NoticesGoToAllowedHostsOnly) {
+  options_.notify_hosts = *NotifyHosts::Of({"ci:8080"});
+  StartCoordinator();
+  v1::StudySpec study = Endless();
+  study.mutable_notify()->set_url("http://evil/secret");
+  EXPECT_THAT(std::string(Open(study).message()),
+              HasSubstr("study 'drive': notify.url: this coordinator posts no notices to evil"));
+  study.mutable_notify()->set_url("http://ci:8080/secret");
+  EXPECT_TRUE(Open(study).ok());
+}
+
 TEST_F(StreamsTest, WrongCallsAreRefusedByName) {
   StartCoordinator();
   EXPECT_THAT(std::string(Next(Request(0)).status().message()),

@@ -201,6 +201,8 @@ void AddStudyFields(std::vector<Row>& rows) {
        "variants[0].rigs_per_scene: 21 is more than the variant has"},
       {"rigs 0", [](v1::StudySpec& s) { s.set_rigs_per_scene(-1); }, "rigs_per_scene: -1 is out"},
       {"priority", [](v1::StudySpec& s) { s.set_priority(kHuge); }, "priority: 2147483647 is out"},
+      {"a receiver without an address",
+       [](v1::StudySpec& s) { s.mutable_notify()->add_on("done"); }, "notify.url: missing"},
       {"memory", [](v1::StudySpec& s) { s.set_memory_mb(int64_t{1} << 40); },
        "memory_mb: 1099511627776 is out of range, allowed 0 to 1073741824 MB"},
       {"memory -1", [](v1::StudySpec& s) { s.set_memory_mb(-1); }, "memory_mb: -1 is out"},
@@ -338,6 +340,15 @@ TEST_F(SubmitTest, TwoHundredBadStudiesAreRefusedInTheSameWordsFromFileAndMessag
     EXPECT_TRUE(IsPlainText(ToStd(sent.message())));
   }
   EXPECT_TRUE(queue_->ListStudies(10)->empty());
+}
+
+TEST_F(SubmitTest, NoticesGoToAllowedHostsOnly) {
+  v1::StudySpec study = GoodStudy();
+  study.mutable_notify()->set_url("http://host/secret");
+  const absl::Status refused = Submit(study);
+  EXPECT_TRUE(absl::IsFailedPrecondition(refused)) << refused;
+  EXPECT_THAT(std::string(refused.message()),
+              HasSubstr("notify.url: this coordinator posts no notices to host: leave notify out"));
 }
 
 TEST_F(SubmitTest, GoodStudiesPassFromFileAndMessage) {

@@ -304,6 +304,75 @@ TEST_F(StreamKeeperTest, AChunkThatWasCancelledSaysWhatToDo) {
   EXPECT_THAT(Status().needs(), HasSubstr("`parallax stream drive --close`"));
 }
 
+TEST_F(StreamKeeperTest, AChunkThatFailedIsBegunAgainWhenNobodyCanRetryIt) {
+  options_.archive_after_s = 1000;
+  Restart();
+  Open(Endless());
+  while (queue_->GetStudy(StudyId{1})->finished_unix_s() == 0) {
+    Fail(Failure(LeaseOne(Solver("w")), "w", "no such file", /*retryable=*/false));
+  }
+  TickStreams();
+  EXPECT_THAT(Status().needs(), HasSubstr("chunk 0 failed: `parallax retry 1` tries again"));
+  clock_.Advance(1001);
+  while (!*queue_->IsArchived(StudyId{1})) ASSERT_TRUE(queue_->Tick().ok());
+  ASSERT_TRUE(absl::IsFailedPrecondition(queue_->Retry(StudyId{1}, "t").status()));
+  TickStreams();
+  EXPECT_TRUE(absl::IsNotFound(queue_->GetStudy(StudyId{1}).status())) << "nobody needs it";
+  TickStreams();
+  EXPECT_EQ(Status().needs(), "");
+  Restart();
+  EXPECT_EQ(Take(12).size(), 12u);
+}
+
+TEST_F(StreamKeeperTest, MoreRanksThanPairsInARoundAreRefused) {
+  Open(Endless());
+  const auto refused = keeper_->Next(Request(0, 5));
+  EXPECT_TRUE(absl::IsInvalidArgument(refused.status())) << refused.status();
+  EXPECT_THAT(
+      std::string(refused.status().message()),
+      HasSubstr("consumer 'train' has 5 ranks, and a round of stream 'drive' has 4 pairs, so "
+                "some ranks would get none: wanted is a stream whose stream.chunk_pairs is "
+                "at least 5"));
+  EXPECT_TRUE(keeper_->Next(Request(0, 4)).ok());
+}
+
+TEST_F(StreamKeeperTest, EveryRankGetsPairsWhereFiltersLeaveFewerThanRanks) {
+  Open(Endless());
+  std::vector<v1::NextPairsRequest> requests;
+  for (int rank = 0; rank < 3; ++rank) requests.push_back(Request(rank, 3));
+  std::map<int, int> taken;
+  std::set<std::string> all;
+  for (int look = 0; look < 30; ++look) {
+    Work(/*mean=*/3);  // Two of the four pairs of a chunk pass.
+    TickStreams();
+    for (v1::NextPairsRequest& request : requests) {
+      const v1::NextPairsReply reply = Next(request);
+      request.set_resume(false);
+      request.set_position(reply.position());
+      request.set_acknowledged(reply.position());
+      taken[request.rank()] += reply.pairs_size();
+      for (const v1::StreamedPair& pair : reply.pairs()) {
+        EXPECT_TRUE(all.insert(pair.frame().path()).second) << "twice";
+      }
+    }
+  }
+  const int64_t rounds = Status().chunks_begun() - 3;
+  EXPECT_GT(rounds, 9);
+  EXPECT_GE(static_cast<int64_t>(all.size()), 2 * rounds) << "none is lost";
+  for (int rank = 0; rank < 3; ++rank) EXPECT_GE(taken[rank], rounds / 2) << rank;
+}
+
+TEST_F(StreamKeeperTest, TheOpenerMayGiveAStreamAnotherReceiverOfNotices) {
+  v1::StudySpec study = Endless();
+  study.mutable_notify()->set_url("http://host/secret");
+  EXPECT_FALSE(Open(study).study().has_notify()) << "others may open it too";
+  study.mutable_notify()->set_url("http://host/other");
+  study.set_source_yaml("# to http://host/other");
+  const v1::StreamStatus status = Open(study);
+  EXPECT_EQ(status.chunks_begun(), 3);
+  EXPECT_EQ(status.study().source_yaml(), "# to <host>");
+}
+
 TEST_F(StreamKeeperTest, APausedChunkSaysSoAndGoesOn) {
   Open(Endless());
   ASSERT_TRUE(queue_->Pause(StudyId{1}, "", "tester").ok());

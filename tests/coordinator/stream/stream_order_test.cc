@@ -98,6 +98,17 @@ TEST(StreamOrderTest, ChunksHaveSeedsOfTheirOwn) {
   EXPECT_EQ(ChunkStudy(study, 5).SerializeAsString(), ChunkStudy(study, 5).SerializeAsString());
 }
 
+TEST(StreamOrderTest, AChunkTellsAllButItsEnd) {
+  v1::StudySpec study = Stream(60, 20, {"a"});
+  EXPECT_FALSE(ChunkStudy(study, 0).has_notify());
+  study.mutable_notify()->set_url("http://host/");
+  EXPECT_THAT(ChunkStudy(study, 0).notify().on(),
+              testing::ElementsAre("failed", "stalled", "waits"));
+  study.mutable_notify()->add_on("done");
+  study.mutable_notify()->add_on("waits");
+  EXPECT_THAT(ChunkStudy(study, 0).notify().on(), testing::ElementsAre("waits"));
+}
+
 TEST(StreamOrderTest, ARoundIsAPermutationOfItsOwn) {
   const v1::StudySpec study = Stream(60, 20, {"a"});
   const std::vector<uint32_t> first = OrderOfRound(study, 0, 60);

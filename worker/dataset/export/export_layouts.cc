@@ -412,7 +412,10 @@ class WebDataset final : public ExportLayout {
       if (!none && !has(*row)) continue;
       const std::string name = key + "." + std::string(row->stem()) + "_" + eye;
       const std::string path = frame.source->dir + "/" + row->FileOf(eye);
-      if (row->encoding == FrameMap::kFloatY) {
+      if (row->encoding == FrameMap::kHalfRgb) {  // As it is: an array is several times as large.
+        ASSIGN_OR_RETURN(std::string exr, ReadFile(path));
+        out.files.push_back({name + ".exr", "", std::move(exr)});
+      } else if (row->encoding == FrameMap::kFloatY) {
         ImageF image(size.width(), size.height());
         if (!none) {
           ASSIGN_OR_RETURN(image, ReadExrY(path));

@@ -28,7 +28,6 @@ from .errors import ParallaxError
 _WAIT_S = 10.0     # One call of Next waits so long on the coordinator.
 _SAY_AFTER_S = 30  # A consumer that waits longer hears why, once for each reason.
 _AGAIN_S = 1.0     # Between tries while the coordinator is away.
-_CHUNK_BYTES = 1 << 20
 
 _log = logging.getLogger(__name__)
 _Reply = TypeVar("_Reply")

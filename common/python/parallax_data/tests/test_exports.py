@@ -194,13 +194,16 @@ class Exports(ExportsCase):
                     key, extension = member.name.split(".", 1)
                     samples.setdefault(key, {})[extension] = archive.extractfile(member).read()
             for key, sample in samples.items():
-                self.assertEqual(set(sample), {"left.png", "right.png", "disp.npy", "occ.png", "json"})
+                more = {f"{name}_{eye}.{kind}" for name, kind in (("masks", "png"), ("normals", "exr")) for eye in ("left", "right")}
+                self.assertEqual(set(sample), {"left.png", "right.png", "disp.npy", "occ.png", "json"} | more)
                 frame = self.frame_of(*map(int, key.split("_")))
                 decode = lambda name: cv2.imdecode(np.frombuffer(sample[name], np.uint8), cv2.IMREAD_UNCHANGED)
                 np.testing.assert_array_equal(decode("left.png")[:, :, ::-1], frame.image("left"))
                 np.testing.assert_array_equal(decode("right.png")[:, :, ::-1], frame.image("right"))
                 np.testing.assert_array_equal(np.load(io.BytesIO(sample["disp.npy"])), frame.disparity())
                 np.testing.assert_array_equal(decode("occ.png") != 0, frame.occluded())
+                np.testing.assert_array_equal(decode("masks_right.png"), frame.map("masks", "right"))
+                np.testing.assert_array_equal(decode("normals_left.exr")[:, :, ::-1], frame.map("normals", "left"))
                 info = json.loads(sample["json"])
                 self.assertEqual(info["baseline_m"], frame.camera()["baseline_m"])
                 splits.add((shard.name.split("-")[0], info["split"]))

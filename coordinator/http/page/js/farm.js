@@ -78,6 +78,16 @@ function Trainings({ running }) {
   </tbody></table><//>`;
 }
 
+// The consumers of a stream: each with its ranks, and when the one that is silent the longest was heard.
+function consumersOf(stream) {
+  const of = new Map();
+  for (const c of stream.consumers) {
+    const known = of.get(c.name);
+    of.set(c.name, { ...c, heard_unix_s: Math.min(c.heard_unix_s, known?.heard_unix_s ?? Infinity) });
+  }
+  return [...of.values()];
+}
+
 // Open streams: how far they are, who takes their pairs, and what they wait for.
 function Streams({ streams, now }) {
   if (streams.length === 0) return null;
@@ -87,7 +97,7 @@ function Streams({ streams, now }) {
     <tbody>${streams.map((s) => html`<tr key=${s.name}><th scope="row">${s.name}</th>
       <td class="num">${count(s.chunks_made)}<span class="soft"> / ${count(s.chunks_begun)}</span></td>
       <td class="num">${count(s.pairs_kept)}</td>
-      <td>${s.consumers.map((c) => html`<span class="pairing" title=${silent(c)}>${c.name}${c.ranks > 1 ? ` ${c.rank}/${c.ranks}` : ""} <b>${silent(c)}</b></span>`)}</td>
+      <td>${consumersOf(s).map((c) => html`<div key=${c.name}>${c.name}${c.ranks > 1 ? `, ${c.ranks} ranks` : ""} <span class="soft">${silent(c)}</span></div>`)}</td>
       <td class=${s.needs && !s.closed ? "warn" : "soft"}>${s.waits_for}</td></tr>`)}</tbody>
   </table></div><//>`;
 }

@@ -407,19 +407,18 @@ absl::StatusOr<v1::StreamConsumer*> StreamKeeper::Hear(Stream& stream,
       return OutOfRange("consumer '{}' begins with pairs of round {}, and round {} is not made",
                         request.consumer(), round, stream.chunks_begun());
     }
-    if (request.ranks() > ChunkPairsOf(stream.study())) {
-      return InvalidArgument(
-          "consumer '{}' has {} ranks, and a round of stream '{}' has {} pairs, so some ranks "
-          "would "
-          "get none: wanted is a stream whose stream.chunk_pairs is at least {}",
-          request.consumer(), request.ranks(), stream.study().name(), ChunkPairsOf(stream.study()),
-          request.ranks());
-    }
     if (stream.record.consumers_size() + request.ranks() > kMostConsumers) {
       return ResourceExhausted(
           "stream '{}' has {} ranks of consumers, {} more ask, allowed are {} in all: take a name "
           "that a consumer had before",
           stream.study().name(), stream.record.consumers_size(), request.ranks(), kMostConsumers);
+    }
+    if (request.ranks() > ChunkPairsOf(stream.study())) {
+      return InvalidArgument(
+          "consumer '{}' has {} ranks, and a round of stream '{}' has {} pairs, so some ranks "
+          "would get none: wanted is a stream whose stream.chunk_pairs is at least {}",
+          request.consumer(), request.ranks(), stream.study().name(), ChunkPairsOf(stream.study()),
+          request.ranks());
     }
     // All of its ranks: what one of them has not asked for yet is kept.
     const uint64_t begin = request.resume() ? BeginOf(OldestRound(stream)) : request.position();

@@ -15,7 +15,7 @@ import tempfile
 
 PROTOS = ("rule", "biome", "room", "engine", "config", "jobs", "scene", "train", "study")
 # Headings of the page: title, message, path of its fields in a file.
-SECTIONS = (("Scenes", "SceneConfig", ""), ("Lands", "Biome", ""), ("Rooms", "RoomKind", ""), ("Engines", "Engine", ""), ("Streams", "StreamSpec", "stream"), ("Searches", "SearchSpec", "search"), ("Training", "TrainSpec", "train"), ("Evaluating", "EvaluateSpec", "evaluate"))
+SECTIONS = (("Scenes", "SceneConfig", ""), ("Lands", "Biome", ""), ("Rooms", "RoomKind", ""), ("Engines", "Engine", ""), ("Streams", "StreamSpec", "stream"), ("Searches", "SearchSpec", "search"), ("Notices", "NotifySpec", "notify"), ("Training", "TrainSpec", "train"), ("Evaluating", "EvaluateSpec", "evaluate"))
 # The words of a study file that no message has as they are; the others have the comments of StudySpec and VariantSpec.
 OF_A_STUDY = {"study": "name", "rigs_per_scene": "", "seed": "", "priority": "", "tags": "", "memory_mb": ""}
 WORDS = {
@@ -31,6 +31,7 @@ WORDS = {
     "pairs": "Pairs of each variant; `endless`: they are made as trainings take them (`parallax stream`).",
     "stream": "How the pairs of an endless study are made and kept; fields below. Only with `pairs: endless`.",
     "search": "Looks for the settings whose pairs train best (`parallax search`), in place of `variants`; fields below.",
+    "notify": "Who is told when the study ends, stalls or needs a person; fields below. Absent: nobody.",
     "train": "Trains networks on each variant; fields below. Absent: no training.",
     "evaluate": "Scores the networks; fields below. Absent: no evaluation.",
 }
@@ -320,6 +321,7 @@ def write_json_schemas(schema, out):
         "variants": {"type": "array", "items": variant, "minItems": 1},
         "stream": message_schema(schema, ".parallax.v1.StreamSpec"),
         "search": search_schema(schema),
+        "notify": message_schema(schema, ".parallax.v1.NotifySpec"),
         "train": message_schema(schema, ".parallax.v1.TrainSpec"),
         "evaluate": message_schema(schema, ".parallax.v1.EvaluateSpec")})}
     biome, room = {"$ref": "#/$defs/Biome"}, {"$ref": "#/$defs/RoomKind"}

@@ -79,13 +79,13 @@ TEST_F(NoticesTest, WithoutReceiversNothingIsKept) {
   Reopen();
   const StudyId study = Submit({.pairs = 2, .rigs_per_scene = 2});
   WorkOff(AnyWorker("w"));
-  ASSERT_TRUE(queue_->RaiseStalled(study).ok());
+  ASSERT_TRUE(queue_->RaiseNotice(study, kNoticeStalled).ok());
   EXPECT_THAT(Due(), IsEmpty());
 }
 
 TEST_F(NoticesTest, AClockThatWasSetBackHoldsNothingUp) {
   const StudyId study = Submit({.pairs = 4});
-  ASSERT_TRUE(queue_->RaiseStalled(study).ok());
+  ASSERT_TRUE(queue_->RaiseNotice(study, kNoticeStalled).ok());
   clock_.JumpWall(-86400);
   EXPECT_THAT(Events(), ElementsAre("stalled"));
 }

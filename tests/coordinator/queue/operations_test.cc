@@ -75,6 +75,21 @@ TEST_F(Drains, AnOrderIsUndoneByItsOwnPattern) {
   EXPECT_EQ((*audit)[1].detail(), "node1*: new disks");
 }
 
+TEST_F(Drains, TheAuditOfAStudyHasItsOwnEntries) {
+  const StudyId first = Submit({.seed = 1}), second = Submit({.seed = 2});
+  ASSERT_TRUE(queue_->Comment(first, "slow", "ada").ok());
+  ASSERT_TRUE(queue_->Comment(second, "quick", "ada").ok());
+  v1::ListAuditRequest request;
+  request.set_study_id(first.value);
+  const auto audit = queue_->ListAudit(request);
+  ASSERT_TRUE(audit.ok()) << audit.status();
+  ASSERT_THAT(*audit, SizeIs(2));
+  EXPECT_EQ((*audit)[0].detail(), "slow");
+  EXPECT_EQ((*audit)[1].action(), "submit");
+  request.set_before((*audit)[0].id());
+  EXPECT_THAT(*queue_->ListAudit(request), SizeIs(1));
+}
+
 // ---- Attempts
 class Attempts : public TrainQueueTest {
  protected:
@@ -101,21 +116,6 @@ class Attempts : public TrainQueueTest {
     return lease.attempt().job_id();
   }
 };
-
-TEST_F(Drains, TheAuditOfAStudyHasItsOwnEntries) {
-  const StudyId first = Submit({.seed = 1}), second = Submit({.seed = 2});
-  ASSERT_TRUE(queue_->Comment(first, "slow", "ada").ok());
-  ASSERT_TRUE(queue_->Comment(second, "quick", "ada").ok());
-  v1::ListAuditRequest request;
-  request.set_study_id(first.value);
-  const auto audit = queue_->ListAudit(request);
-  ASSERT_TRUE(audit.ok()) << audit.status();
-  ASSERT_THAT(*audit, SizeIs(2));
-  EXPECT_EQ((*audit)[0].detail(), "slow");
-  EXPECT_EQ((*audit)[1].action(), "submit");
-  request.set_before((*audit)[0].id());
-  EXPECT_THAT(*queue_->ListAudit(request), SizeIs(1));
-}
 
 TEST_F(Attempts, EachIsToldWithItsEndTheNewestFirst) {
   Submit({.pairs = 2, .rigs_per_scene = 2});

@@ -342,19 +342,17 @@ TEST_F(NotifierTest, AStudyThatIsSubmittedAgainTakesItsNewReceiver) {
 }
 
 TEST_F(NotifierTest, AHostThatIsAwayHoldsUpNoOther) {
-  std::string away;
-  {
-    Receiver receiver;
-    away = receiver.url();
-  }
-  Receiver there;
+  Receiver away, there;
+  away.Answer({503, 503, 503, 503, 503});
   AllowAnyHost();
   Start();
-  for (uint64_t i = 0; i < 5; ++i) ASSERT_TRUE(SubmitFor(away, {}, {.seed = i, .pairs = 2}).ok());
+  for (uint64_t i = 0; i < 5; ++i)
+    ASSERT_TRUE(SubmitFor(away.url(), {}, {.seed = i, .pairs = 2}).ok());
   ASSERT_TRUE(SubmitFor(there.url(), {}, {.seed = 5, .pairs = 2}).ok());
   WorkOff(AnyWorker("w"));
   EXPECT_EQ(Look(), 1);
   EXPECT_THAT(there.bodies(), SizeIs(1));
+  EXPECT_THAT(away.bodies(), SizeIs(1)) << "one is tried in a look";
   EXPECT_THAT(*queue_->ListNotices(100), IsEmpty()) << "all five come later";
   clock_.Advance(10);
   EXPECT_THAT(*queue_->ListNotices(100), SizeIs(5));

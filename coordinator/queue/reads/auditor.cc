@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <charconv>
 #include <string_view>
 
@@ -244,17 +245,32 @@ bool TellsOfADiskThatErrs(std::string_view finding) {
   return false;
 }
 
-absl::Status CheckFile(SqliteConnection& db, Violations& out) {
-  constexpr const char* kSql = "PRAGMA integrity_check(10)";
-  SqliteQuery integrity(db, kSql);
+constexpr char kCheckPages[] = "PRAGMA integrity_check(10)";
+
+absl::Status DiskErrs() { return Unavailable("database: disk I/O error (in: {})", kCheckPages); }
+
+absl::Status CheckPages(SqliteConnection& db, Violations& out) {
+  SqliteQuery integrity(db, kCheckPages);
   while (integrity.Next()) {
     const std::string_view finding = integrity.Text(0);
-    if (TellsOfADiskThatErrs(finding)) {
-      return Unavailable("database: disk I/O error (in: {})", kSql);
-    }
+    if (TellsOfADiskThatErrs(finding)) return DiskErrs();
     if (finding != "ok") out.push_back("integrity: " + std::string(finding));
   }
-  RETURN_IF_ERROR(integrity.status());
+  return integrity.status();
+}
+
+absl::Status CheckFile(SqliteConnection& db, Violations& out) {
+  Violations found, again;
+  RETURN_IF_ERROR(CheckPages(db, found));
+  // Why SQLite could not get a page of the free list, it does not say: damage is still there at a
+  // second look.
+  if (std::any_of(found.begin(), found.end(), [](const std::string& finding) {
+        return finding.find("failed to get page") != std::string::npos;
+      })) {
+    RETURN_IF_ERROR(CheckPages(db, again));
+    if (again != found) return DiskErrs();
+  }
+  out.insert(out.end(), found.begin(), found.end());
   SqliteQuery keys(db, "PRAGMA foreign_key_check");
   while (keys.Next()) {
     out.push_back(fmt::format("foreign key: table {} row {}", keys.Text(0), keys.Int(1)));

@@ -9,13 +9,13 @@ namespace {
 constexpr size_t kMostUrlBytes = 2048;
 
 bool IsIn(char c, std::string_view chars) { return chars.find(c) != std::string_view::npos; }
-bool IsAlnum(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; }
+bool IsAsciiAlnum(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; }
 bool AreDigits(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
 // Programs read characters outside of these differently, and then reach another host.
-bool IsUrlChar(char c) { return IsAlnum(c) || IsIn(c, "-._~:/?#[]@!$&'()*+,;=%"); }
+bool IsUrlChar(char c) { return IsAsciiAlnum(c) || IsIn(c, "-._~:/?#[]@!$&'()*+,;=%"); }
 
 bool IsHost(std::string_view host) {
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
@@ -23,8 +23,8 @@ bool IsHost(std::string_view host) {
       return std::isxdigit(static_cast<unsigned char>(c)) != 0 || IsIn(c, ":.");
     });
   }
-  return !host.empty() &&
-         std::all_of(host.begin(), host.end(), [](char c) { return IsAlnum(c) || IsIn(c, "-._"); });
+  return !host.empty() && std::all_of(host.begin(), host.end(),
+                                      [](char c) { return IsAsciiAlnum(c) || IsIn(c, "-._"); });
 }
 
 }  // namespace

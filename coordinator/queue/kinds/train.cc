@@ -249,6 +249,8 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
     job.set_threads(train.threads());
     job.set_share(set.share());
     job.set_mismatched(set.mismatched());
+    // All pairs are the 0 of the message, as before there were shares.
+    if (MismatchedShareOf(set) < 1) job.set_mismatched_share(MismatchedShareOf(set));
     job.set_curated(set.curated());
     job.set_checkpoints(study.has_evaluate() ? study.evaluate().checkpoints() : 1);
     for (const v1::Mixture::Part& part : set.parts()) {

@@ -423,6 +423,8 @@ TEST_F(TrainKindsTest, WhatDecidesANetworkIsInItsKeyAndNamesAreNot) {
       {"trainer", false, [](auto& s) { s.mutable_train()->set_trainer("other"); }},
       {"share", false, [&](auto& s) { mixture(s).set_share(0.5); }},
       {"mismatched", false, [&](auto& s) { mixture(s).set_mismatched(true); }},
+      {"share of mismatched pairs where none is", true,
+       [&](auto& s) { mixture(s).set_mismatched_share(1); }},
       {"checkpoints", false,
        [](auto& s) {
          s.mutable_evaluate()->add_benchmarks("shipped");
@@ -430,6 +432,16 @@ TEST_F(TrainKindsTest, WhatDecidesANetworkIsInItsKeyAndNamesAreNot) {
        }},
   };
   for (const auto& c : cases) EXPECT_EQ(prefix_of(c.change) == plain, c.same) << c.name;
+  std::set<std::string> by_share;
+  for (const double share : {0.1, 0.2, 1.0}) {
+    by_share.insert(prefix_of([&](auto& s) {
+      mixture(s).set_mismatched(true);
+      s.mutable_train()->mutable_mixtures(0)->set_mismatched_share(share);
+    }));
+  }
+  EXPECT_EQ(by_share.size(), 3u);
+  EXPECT_TRUE(by_share.contains(prefix_of([&](auto& s) { mixture(s).set_mismatched(true); })))
+      << "all of them without a share";
 }
 
 TEST_F(TrainKindsTest, EqualTrainingsOfTwoStudiesAreDoneByOneWorkerAtATime) {

@@ -260,10 +260,9 @@ void AddPredictorOptions(CLI::App* command, PredictorChoice& choice) {
 void RegisterEvaluate(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "evaluate", "Score predictions on benchmarks of real or generated pairs",
-      "PREDICTOR is `network` (the trained one that comes with Parallax), `sgbm` (OpenCV's "
-      "matcher,\n"
-      "the classical baseline), a checkpoint of the built-in trainer, or a folder of predictions "
-      "<pair>.pfm, .png (16 bits, x256), .npy or .exr. With\n"
+      "PREDICTOR is `network` (the trained one that comes with Parallax), `sgbm` (OpenCV's\n"
+      "matcher, the classical baseline), a checkpoint of the built-in trainer, or a folder of\n"
+      "predictions <pair>.pfm, .png (16 bits, x256), .npy or .exr. With\n"
       "--command any program predicts: {list} becomes a file of lines `left right output.pfm`.\n"
       "One score file a benchmark; `parallax table` makes tables of them. Pixels without a valid\n"
       "prediction count as wrong, a pair without a prediction is an error.\n"

@@ -319,6 +319,12 @@ TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {
       {"evaluate: {benchmarks: []}",
        "s.yaml:11: evaluate.benchmarks: an empty list, allowed is at least one benchmark, or "
        "heldout_pairs"},
+      {"train: {start: netwrok}",
+       "s.yaml:11: train.start: \"netwrok\" is not known, did you mean "
+       "network? (allowed: scratch, network)"},
+      {"evaluate: {looks: 3}", "s.yaml:11: evaluate.looks: 3 is out of range, allowed 1 to 2"},
+      {"evaluate: {decides: epe}",
+       "s.yaml:11: evaluate.decides: \"epe\" is not known (allowed: shown, log)"},
       {"evaluate: {baselines: [bm]}",
        "s.yaml:11: evaluate.baselines[0]: \"bm\" is not known, did you mean sgbm? (allowed: "
        "sgbm)"},

@@ -86,6 +86,10 @@ class TwentyPairsTest : public FrameFolderTest {
       folder.set_folder(fmt::format("{:06}", scene));
       folder.set_scene(scene);
       folder.add_rigs(0);
+      // Synthetic scenes look alike.
+      ASSERT_TRUE(WritePng(dir_ + "/store/" + folder.folder() + "/000/right.png",
+                           ImageRgb8(96, 54, static_cast<uint8_t>(scene)))
+                      .ok());
     }
   }
 

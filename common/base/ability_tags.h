@@ -10,6 +10,8 @@ namespace parallax {
 inline std::string TrainerTag(const std::string& trainer) { return "trainer:" + trainer; }
 // The worker has the files of this benchmark.
 inline std::string BenchmarkTag(const std::string& benchmark) { return "benchmark:" + benchmark; }
+// The trained network beside the worker's programs has this SHA-256, in hex.
+inline std::string NetworkTag(const std::string& sha256) { return "network:" + sha256; }
 
 // The worker has a GPU. Its operator says so (worker --tags gpu).
 inline constexpr char kGpuTag[] = "gpu";

@@ -62,9 +62,10 @@ void ResolveHeldout(v1::StudySpec* study) {
   *study->add_variants() = std::move(heldout);
 }
 
-// The set's data: variants with weights that sum to 1, how much of them, which
-// control it is and which truth.
-using SetData = std::tuple<std::vector<std::pair<std::string, double>>, double, bool, std::string>;
+// The set's data: variants with weights that sum to 1, how much of them, the share of mismatched
+// pairs and which truth.
+using SetData =
+    std::tuple<std::vector<std::pair<std::string, double>>, double, double, std::string>;
 
 SetData DataOf(const v1::Mixture& set) {
   double sum = 0;
@@ -73,7 +74,7 @@ SetData DataOf(const v1::Mixture& set) {
   for (const v1::Mixture::Part& part : set.parts()) {
     if (part.weight() > 0) parts.emplace_back(part.variant(), part.weight() / sum);
   }
-  return {std::move(parts), set.share(), set.mismatched(), set.truth()};
+  return {std::move(parts), set.share(), MismatchedShareOf(set), set.truth()};
 }
 
 }  // namespace
@@ -107,6 +108,10 @@ std::vector<v1::Mixture> TrainingSetsOf(const v1::StudySpec& study) {
     if (set.truth().empty()) set.set_truth(train.truth());
   }
   return sets;
+}
+
+double MismatchedShareOf(const v1::Mixture& set) {
+  return set.mismatched() ? set.mismatched_share() : 0;
 }
 
 std::string TruthOfHeldout(const v1::StudySpec& study) {

@@ -38,6 +38,10 @@ void ResolveTraining(v1::StudySpec* study);
 // Empty without `train`. Requires a resolved study. Each has its truth, "first" or "behind".
 std::vector<v1::Mixture> TrainingSetsOf(const v1::StudySpec& study);
 
+// Returns the share of the set's pairs whose right images belong to other pairs, 0 to 1. Requires a
+// resolved study.
+double MismatchedShareOf(const v1::Mixture& set);
+
 // Returns which surface networks are scored on in held-out pairs, "first" or "behind"; empty
 // without `train` unless `evaluate` says. Requires a resolved study.
 std::string TruthOfHeldout(const v1::StudySpec& study);

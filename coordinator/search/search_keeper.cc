@@ -338,6 +338,7 @@ absl::StatusOr<std::optional<std::vector<TrialScore>>> SearchKeeper::Score(
     Search& search, int64_t study, const std::vector<std::string>& benchmarks) {
   ASSIGN_OR_RETURN(const StudyCosts costs, queue_.CostsOf(StudyId{study}));
   ScoreQuery query{.study = study, .benchmarks = benchmarks};
+  query.decide_by_log = search.study().evaluate().decides() == "log";
   std::map<std::string, double> core_s;
   for (const auto& [variant, pairs] : costs.variants) {
     core_s[variant] = pairs.core_s / static_cast<double>(std::max<int64_t>(1, pairs.pairs));

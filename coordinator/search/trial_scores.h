@@ -31,6 +31,8 @@ struct ScoreQuery {
   int64_t study = 0;
   std::vector<std::string> benchmarks;   // Each counts alike.
   std::map<std::string, double> points;  // Added to the objective of a variant; absent: 0.
+  // Verdicts are by the mean log error; the objective and its difference stay what they are.
+  bool decide_by_log = false;
 };
 
 // Returns the scores of the study's trained variants; those without any score are absent. Errors:

@@ -110,12 +110,24 @@ absl::StatusOr<TableFigure> MakeFigure(const Metric& metric, const Runs& runs,
   return figure;
 }
 
+// The metric by which verdicts are made.
+Metric DecidingMetric(const Evaluation& evaluation, const TableOptions& options) {
+  Metric metric = evaluation.headline;
+  if (options.decide_by_log) metric.measure = kLogMeasure;
+  return metric;
+}
+
 absl::StatusOr<TableFigures> MakeFigures(const Runs& runs, const TableOptions& options,
                                          const std::string* group) {
   const Evaluation& any = *runs.begin()->second;
   TableFigures figures;
   ASSIGN_OR_RETURN(figures.headline, MakeFigure(any.headline, runs, options, group));
-  for (const Metric& metric : any.figures) {
+  std::vector<Metric> others = any.figures;
+  const Metric deciding = DecidingMetric(any, options);
+  const bool is_shown =
+      deciding == any.headline || std::find(others.begin(), others.end(), deciding) != others.end();
+  if (!is_shown) others.push_back(deciding);
+  for (const Metric& metric : others) {
     ASSIGN_OR_RETURN(TableFigure figure, MakeFigure(metric, runs, options, group));
     if (figure.pairs > 0) figures.others.push_back(std::move(figure));
   }
@@ -154,6 +166,16 @@ PairedRuns PairBySeed(const Runs& a, const Runs& b) {
     paired.b.push_back(in_b->second);
   }
   return paired;
+}
+
+// One network looks once and another twice: their difference would be that of the looks.
+absl::Status CheckLooks(const PairedRuns& paired) {
+  for (size_t i = 0; i < paired.a.size(); ++i) {
+    const RunIdentity &a = paired.a[i]->run, &b = paired.b[i]->run;
+    if (a.trainer != b.trainer || (a.looks == 1) == (b.looks == 1)) continue;
+    return Differ(*paired.a[i], *paired.b[i], "one has looked once at each pair, the other twice");
+  }
+  return absl::OkStatus();
 }
 
 FigureTable TableOf(const Metric& metric, const std::vector<const Evaluation*>& runs,
@@ -289,12 +311,20 @@ absl::Status AddComparisons(const Collection& collection, const RowKey& key, con
                             " have no seed in common, so they are not compared.");
       continue;
     }
+    RETURN_IF_ERROR(CheckLooks(paired));
     const Metric& metric = paired.a[0]->headline;
-    const FigureTable of_a = TableOf(metric, paired.a, options.weigh_groups);
-    const FigureTable of_b = TableOf(metric, paired.b, options.weigh_groups);
-    if (of_a[0].empty()) continue;
+    const Metric deciding = DecidingMetric(*paired.a[0], options);
     const bool seeded = HasSeeds(a->second) || HasSeeds(b->second);
-    ASSIGN_OR_RETURN(Comparison comparison, ComparePaired(of_a, of_b, seeded, options.bootstrap));
+    const auto compare = [&](const Metric& by) {
+      return ComparePaired(TableOf(by, paired.a, options.weigh_groups),
+                           TableOf(by, paired.b, options.weigh_groups), seeded, options.bootstrap);
+    };
+    if (ImagesOf(*paired.a[0], metric.region).empty()) continue;
+    ASSIGN_OR_RETURN(const Comparison shown, compare(metric));
+    Comparison comparison = shown;
+    if (!(deciding == metric)) {
+      ASSIGN_OR_RETURN(comparison, compare(deciding));
+    }
     table.comparisons.push_back(
         {.benchmark = benchmark,
          .metric = MetricName(metric),
@@ -303,6 +333,8 @@ absl::Status AddComparisons(const Collection& collection, const RowKey& key, con
          .baseline = base.first,
          .baseline_trainer = base.second,
          .pairs = static_cast<int>(ImagesOf(*paired.a[0], metric.region).size()),
+         .difference = shown.difference,
+         .decided_by = MetricName(deciding),
          .comparison = comparison});
   }
   return absl::OkStatus();
@@ -347,7 +379,7 @@ void AddPowerNotes(ResultTable& table) {
     table.notes.push_back(fmt::format(
         "{}: with {} seeds and {} pairs{}, differences of {} from {:.2f} are significant 80 of 100 "
         "times.",
-        benchmark, any->comparison.seeds, any->pairs, InGroups(*any), any->metric, *middle));
+        benchmark, any->comparison.seeds, any->pairs, InGroups(*any), any->decided_by, *middle));
   }
 }
 
@@ -370,7 +402,7 @@ std::string GroupsNote(const std::string& benchmark, const TableCell& cell, bool
       weigh_groups ? " Each set counts alike in the mean." : "");
 }
 
-void AddNotes(bool weigh_groups, ResultTable& table) {
+void AddNotes(const TableOptions& options, ResultTable& table) {
   std::set<std::string> told;
   bool single_seed = false;
   for (const TableRow& row : table.rows) {
@@ -386,12 +418,17 @@ void AddNotes(bool weigh_groups, ResultTable& table) {
       const bool shared =
           !cell.groups.empty() && static_cast<int>(cell.groups.size()) < cell.headline.pairs;
       if (shared && told.insert(benchmark + "/groups").second) {
-        table.notes.push_back(GroupsNote(benchmark, cell, weigh_groups));
+        table.notes.push_back(GroupsNote(benchmark, cell, options.weigh_groups));
       }
       if (cell.headline.pairs == 1 && told.insert(benchmark + "/one").second) {
         table.notes.push_back(benchmark + ": one pair; intervals say nothing of other pictures.");
       }
     }
+  }
+  if (options.decide_by_log) {
+    table.notes.push_back(
+        "Verdicts are by log, the mean of log2(error / 0.5 px) in octaves, which varies less "
+        "between trainings than the figure shown.");
   }
   AddSeedNotes(table);
   AddPowerNotes(table);
@@ -425,7 +462,7 @@ absl::StatusOr<ResultTable> MakeTable(const std::vector<Evaluation>& scores,
     if (base == key) continue;
     RETURN_IF_ERROR(AddComparisons(collection, key, base, options, table));
   }
-  AddNotes(options.weigh_groups, table);
+  AddNotes(options, table);
   return table;
 }
 

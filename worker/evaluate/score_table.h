@@ -46,11 +46,13 @@ struct TableRow {
 
 // A row against its baseline on one benchmark.
 struct TableComparison {
-  std::string benchmark, metric;
+  std::string benchmark, metric;  // The metric is the figure shown.
   std::string variant, trainer;
   std::string baseline, baseline_trainer;
   int pairs = 0;
-  Comparison comparison;  // Its images are groups of pairs, where intervals draw these.
+  Interval difference;     // Of the figure shown.
+  std::string decided_by;  // The metric of `comparison`.
+  Comparison comparison;   // Its images are groups of pairs, where intervals draw these.
 };
 
 // The whole table.
@@ -69,12 +71,14 @@ struct TableOptions {
   std::string baseline;
   std::vector<std::string> variant_order;  // Others follow by name.
   bool weigh_groups = false;  // Each group of pairs counts alike, instead of each pair.
+  // Verdicts are by the mean log error, which is shown as well, instead of by the headline.
+  bool decide_by_log = false;
   BootstrapOptions bootstrap;
 };
 
 // Makes the table. Errors: kInvalidArgument for an unknown baseline, naming the variants;
-// kFailedPrecondition if evaluations of one benchmark can't be compared: other pairs, other truth
-// or another metric, both named.
+// kFailedPrecondition if evaluations of one benchmark can't be compared: other pairs, other truth,
+// another metric or number of looks, both named.
 absl::StatusOr<ResultTable> MakeTable(const std::vector<Evaluation>& scores,
                                       const TableOptions& options);
 

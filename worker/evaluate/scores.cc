@@ -62,19 +62,21 @@ Json HeaderJson(const Evaluation& evaluation) {
   Json figures = Json::array();
   for (const Metric& metric : evaluation.figures) figures.push_back(MetricName(metric));
   const RunIdentity& run = evaluation.run;
-  return {{"schema", kSchema},
-          {"benchmark", evaluation.benchmark},
-          {"metric", MetricName(evaluation.headline)},
-          {"figures", std::move(figures)},
-          {"mimics", evaluation.mimics},
-          {"pairs", evaluation.images.size()},
-          {"pairs_published", evaluation.pairs_published},
-          {"variant", run.variant},
-          {"trainer", run.trainer},
-          {"seed", run.seed ? Json(*run.seed) : Json()},
-          {"checkpoint", run.checkpoint},
-          {"predictor", evaluation.predictor},
-          {"seconds", evaluation.seconds}};
+  Json json = {{"schema", kSchema},
+               {"benchmark", evaluation.benchmark},
+               {"metric", MetricName(evaluation.headline)},
+               {"figures", std::move(figures)},
+               {"mimics", evaluation.mimics},
+               {"pairs", evaluation.images.size()},
+               {"pairs_published", evaluation.pairs_published},
+               {"variant", run.variant},
+               {"trainer", run.trainer},
+               {"seed", run.seed ? Json(*run.seed) : Json()},
+               {"checkpoint", run.checkpoint},
+               {"predictor", evaluation.predictor},
+               {"seconds", evaluation.seconds}};
+  if (run.looks > 0) json["looks"] = run.looks;
+  return json;
 }
 
 Json ImageJson(const Scores& scores) {
@@ -101,6 +103,7 @@ absl::Status ReadHeader(const Json& json, Evaluation& evaluation, size_t& pairs)
   json.at("trainer").get_to(evaluation.run.trainer);
   if (!json.at("seed").is_null()) evaluation.run.seed = json.at("seed").get<int64_t>();
   json.at("checkpoint").get_to(evaluation.run.checkpoint);
+  evaluation.run.looks = json.value("looks", 0);
   json.at("predictor").get_to(evaluation.predictor);
   json.at("seconds").get_to(evaluation.seconds);
   return absl::OkStatus();

@@ -33,6 +33,7 @@ struct RunIdentity {
   std::string trainer;
   std::optional<int64_t> seed;
   std::string checkpoint;  // SHA-256 of the file; empty without one.
+  int looks = 0;           // Looks at a pair; 0: as many as the predictor takes by itself.
 };
 
 // All scores of one run on one benchmark.

@@ -35,15 +35,21 @@ const TableComparison* FindComparison(const ResultTable& table, const TableRow& 
   return nullptr;
 }
 
-// "worse by 3.10 [1.20, 5.00]", "not significant; 4 more seeds would decide"
-std::string VerdictText(const Comparison& comparison) {
+// "worse by 3.10 [1.20, 5.00]", "not significant; 4 more seeds would decide", and where another
+// figure decides than the one shown, "worse by 0.21 [0.10, 0.32] log all; shown +3.10".
+std::string VerdictText(const TableComparison& one) {
+  const Comparison& comparison = one.comparison;
   const Interval& d = comparison.difference;
   if (comparison.verdict != Verdict::kNotSignificant) {
     const double sign = d.value < 0 ? -1 : 1;
     const double near = std::min(sign * d.low, sign * d.high);
     const double far = std::max(sign * d.low, sign * d.high);
+    const std::string other =
+        one.decided_by == one.metric
+            ? ""
+            : fmt::format(" {}; shown {:+.2f}", one.decided_by, one.difference.value);
     return VerdictName(comparison.verdict) + " by " + Fixed(sign * d.value) + " [" + Fixed(near) +
-           ", " + Fixed(far) + "]";
+           ", " + Fixed(far) + "]" + other;
   }
   std::string text = VerdictName(comparison.verdict);
   if (comparison.seeds_spread_unknown) return text + " (one seed)";
@@ -97,7 +103,7 @@ Grid BenchmarkGrid(const ResultTable& table, const std::string& benchmark) {
                                      FigureText(cell->second.headline)};
     for (const TableFigure& figure : cell->second.others) line.push_back(FigureText(figure));
     const TableComparison* comparison = FindComparison(table, row, benchmark);
-    line.push_back(comparison == nullptr ? "" : VerdictText(comparison->comparison));
+    line.push_back(comparison == nullptr ? "" : VerdictText(*comparison));
     grid.push_back(std::move(line));
   }
   return grid;
@@ -146,7 +152,8 @@ std::string Text(const ResultTable& table) {
     const Grid groups = GroupsGrid(table, benchmark);
     if (!groups.empty()) text += Aligned(groups) + "\n";
   }
-  text += "Lower is better; bad-t and d1 in percent, epe in pixels; [95 % interval].\n";
+  text +=
+      "Lower is better; bad-t and d1 in percent, epe in pixels, log in octaves; [95 % interval].\n";
   for (const std::string& note : table.notes) text += "note: " + note + "\n";
   return text;
 }
@@ -190,7 +197,8 @@ std::string MarkdownGrid(const Grid& grid) {
 std::string Markdown(const ResultTable& table) {
   std::string text = MarkdownGrid(WideGrid(table, " ✓", " ✗"));
   text +=
-      "\nLower is better; bad-t and d1 in percent, epe in pixels; [95 % interval]. ✓ better and ✗ "
+      "\nLower is better; bad-t and d1 in percent, epe in pixels, log in octaves; [95 % interval]. "
+      "✓ better and ✗ "
       "worse than the baseline; without a mark: not significant.\n";
   for (const std::string& benchmark : table.benchmarks) {
     const TableCell& any = AnyCell(table, benchmark);
@@ -286,10 +294,15 @@ Json ComparisonJson(const TableComparison& one) {
           {"trainer", one.trainer},
           {"baseline", one.baseline},
           {"baseline_trainer", one.baseline_trainer},
-          {"difference", c.difference.value},
-          {"low", c.difference.low},
-          {"high", c.difference.high},
+          {"difference", one.difference.value},
+          {"low", one.difference.low},
+          {"high", one.difference.high},
           {"verdict", VerdictName(c.verdict)},
+          {"decided_by",
+           {{"metric", one.decided_by},
+            {"difference", c.difference.value},
+            {"low", c.difference.low},
+            {"high", c.difference.high}}},
           {"seeds", c.seeds},
           {"pairs", one.pairs},
           {"groups", c.images < one.pairs ? Json(c.images) : Json()},

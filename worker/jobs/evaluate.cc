@@ -135,8 +135,9 @@ class EvaluateAttempt {
       if (job_.trainer() == kSgbm) return MakeSgbmPredictor();
       return Unimplemented("there is no baseline '{}' (there is sgbm)", job_.trainer());
     }
-    return OpenStoredNetwork({job_.trainer(), job_.checkpoint_path(), job_.checkpoint()},
-                             options_.trainers, *folder_.store, work_dir_, threads_);
+    return OpenStoredNetwork(
+        {job_.trainer(), job_.checkpoint_path(), job_.checkpoint(), job_.looks()},
+        options_.trainers, *folder_.store, work_dir_, threads_);
   }
 
   EvaluateOptions Options() const {
@@ -145,6 +146,7 @@ class EvaluateAttempt {
     options.run.trainer = job_.checkpoint_path().empty() ? "opencv" : job_.trainer();
     if (!job_.checkpoint_path().empty()) options.run.seed = static_cast<int64_t>(job_.seed());
     options.run.checkpoint = job_.checkpoint().sha256();
+    options.run.looks = job_.looks();
     options.work_dir = work_dir_;
     options.keep_predictions = true;
     options.max_pairs = job_.max_pairs();

@@ -1,6 +1,8 @@
 #include "worker/jobs/offered_tags.h"
 
 #include "common/base/ability_tags.h"
+#include "common/base/hash.h"
+#include "common/base/system/installation.h"
 #include "worker/evaluate/benchmark.h"
 
 namespace parallax {
@@ -11,6 +13,10 @@ std::vector<std::string> AbilityTagsOf(const JobOptions& options) {
   for (const std::string& name : InstalledBenchmarks(options.benchmarks_dir)) {
     tags.push_back(BenchmarkTag(name));
   }
+  const absl::StatusOr<std::string> network = FindNetwork();
+  if (!network.ok()) return tags;
+  const absl::StatusOr<std::string> hash = Sha256HexOfFile(*network);
+  if (hash.ok()) tags.push_back(NetworkTag(*hash));
   return tags;
 }
 

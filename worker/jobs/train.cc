@@ -4,8 +4,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "common/base/ability_tags.h"
+#include "common/base/hash.h"
 #include "common/base/status.h"
 #include "common/base/system/file.h"
+#include "common/base/system/installation.h"
 #include "common/base/system/log.h"
 #include "common/base/version.h"
 #include "common/store/store.h"
@@ -34,6 +37,17 @@ absl::StatusOr<int64_t> StepsOf(const v1::TrainJob& job, const TrainerContract& 
   return FailedPrecondition("trainer {}: the study must say how many steps", contract.name);
 }
 
+// Returns the path of the network that the training begins with; "" for none. Errors: those of
+// FindNetwork; kFailedPrecondition if this worker's is another one.
+absl::StatusOr<std::string> StartOf(const v1::TrainJob& job) {
+  if (job.start().empty()) return std::string();
+  ASSIGN_OR_RETURN(const std::string path, FindNetwork());
+  ASSIGN_OR_RETURN(const std::string hash, Sha256HexOfFile(path));
+  if (NetworkTag(hash) == job.start()) return path;
+  return FailedPrecondition("{} is {}, but the training begins with {}", path, NetworkTag(hash),
+                            job.start());
+}
+
 absl::StatusOr<TrainingPlan> PlanOf(const v1::TrainJob& job, const InstalledTrainers& trainers) {
   TrainingPlan plan;
   ASSIGN_OR_RETURN(plan.trainer, trainers.Find(job.trainer()));
@@ -41,6 +55,7 @@ absl::StatusOr<TrainingPlan> PlanOf(const v1::TrainJob& job, const InstalledTrai
   if ((job.width_px() > 0) != (job.height_px() > 0)) {
     return InvalidArgument("a size of crops with a width or a height alone");
   }
+  ASSIGN_OR_RETURN(plan.start, StartOf(job));
   plan.seed = job.seed();
   plan.threads = std::max(1, job.threads());
   plan.width_px = job.width_px();
@@ -62,6 +77,7 @@ Json CardOf(const v1::TrainJob& job, const TrainingPlan& plan, const Json& data,
                {"height_px", plan.height_px},
                {"batch", plan.batch},
                {"threads", plan.threads},
+               {"start", job.start().empty() ? "scratch" : job.start()},
                {"checkpoints", Json::array()},
                {"loss", trained.loss},
                {"train_s", trained.train_s},

@@ -1,5 +1,7 @@
 // The program `trainer`: trains the built-in stereo network on datasets, and predicts with it. It
 // is a program of its own so that what goes wrong in torch takes no worker along.
+#include <fmt/core.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
@@ -48,6 +50,7 @@ struct TrainOptions {
   std::vector<std::string> data, heldout;
   std::string crop = "192x384";
   SourceOptions sources;
+  const CLI::Option* learning_rate = nullptr;
 };
 
 absl::Status ParseSize(const std::string& option, const std::string& text,
@@ -74,6 +77,9 @@ absl::Status ReadSources(const std::vector<std::string>& specs, const SourceOpti
 
 int Train(TrainOptions& options) {
   TrainingJob& job = options.job;
+  if (!job.start.empty() && options.learning_rate->count() == 0) {
+    job.settings.learning_rate = kStartedLearningRate;
+  }
   absl::Status status = ParseSize("--crop", options.crop, job.settings);
   if (status.ok()) status = ReadSources(options.data, options.sources, job.sources);
   SourceOptions heldout = options.sources;
@@ -106,14 +112,20 @@ CLI::App* AddTrain(CLI::App& app, TrainOptions& o) {
                    "Instead of --steps: as many as fit, by timing a few first")
       ->excludes(steps)
       ->check(CLI::Range(0.01, 1e6));
+  command->add_option("--start", o.job.start,
+                      "Begin with the weights of this checkpoint, of any run");
   command->add_option("--resume", o.job.resume, "A checkpoint of the same run to go on from");
   command->add_option("--threads", s.threads, "CPU threads; part of what decides the result")
       ->capture_default_str();
   command->add_option("--crop", o.crop, "HEIGHTxWIDTH of the crops, multiples of 32")
       ->capture_default_str();
   command->add_option("--batch", s.batch, "Crops a step")->capture_default_str();
-  command->add_option("--learning-rate", s.learning_rate, "Peak of the one-cycle schedule")
-      ->capture_default_str();
+  o.learning_rate = command
+                        ->add_option("--learning-rate", s.learning_rate,
+                                     fmt::format("Peak of the one-cycle schedule; with --start {} "
+                                                 "unless given",
+                                                 kStartedLearningRate))
+                        ->capture_default_str();
   command
       ->add_option("--scale-low", s.augment.scale_low,
                    "Least enlargement of crops, as a power of 2")
@@ -152,7 +164,8 @@ struct PredictArguments {
   PredictOptions options;
   NetworkConventions conventions;
   const CLI::App* convention_options = nullptr;  // Only for networks in exchange formats.
-  const CLI::Option* search_option = nullptr;    // Only for checkpoints.
+  const CLI::Option* search_option = nullptr;    // Only for checkpoints, as the next one.
+  const CLI::Option* looks_option = nullptr;
 };
 
 using PredictPair =
@@ -218,8 +231,10 @@ absl::Status PredictList(const PredictPair& predict, const std::string& list) {
 // Tells of an option that has no effect with the format.
 absl::Status CheckOptionsFit(const PredictArguments& a) {
   const bool exchanged = a.format != "checkpoint";
-  if (exchanged && a.search_option->count() > 0) {
-    return InvalidArgument("--max-disparity has no effect on a network in the format {}", a.format);
+  for (const CLI::Option* option : {a.search_option, a.looks_option}) {
+    if (!exchanged || option->count() == 0) continue;
+    return InvalidArgument("{} has no effect on a network in the format {}", option->get_name(),
+                           a.format);
   }
   for (const CLI::Option* option : a.convention_options->get_options()) {
     if (exchanged || option->count() == 0) continue;
@@ -286,6 +301,11 @@ CLI::App* AddPredict(CLI::App& app, PredictArguments& a) {
                         ->add_option("--max-disparity", a.options.max_disparity,
                                      "Pixels to search (default: as trained)")
                         ->check(CLI::Range(1.0, 1e5));
+  a.looks_option =
+      command
+          ->add_option("--looks", a.options.looks,
+                       "1: no second look at a small pair, enlarged; a fifth of the time")
+          ->check(CLI::Range(1, 2));
   command->add_option("--threads", a.options.threads, "CPU threads")->check(CLI::Range(1, 1024));
   AddConventions(*command, a);
   return command;

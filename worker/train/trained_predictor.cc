@@ -142,8 +142,9 @@ absl::StatusOr<ImageF> Predictor::Predict(const ImageRgb8& left, const ImageRgb8
                    state_->See(left, right,
                                ChooseNetworkSize(width, height, state_->trained_disparity,
                                                  options.max_disparity)));
+  if (options.looks < 2 || state_->one_scale) return first;
   const double scale = ChooseEnlargement(first, state_->trained_disparity);
-  if (state_->one_scale || scale < kLeastEnlarged) return first;
+  if (scale < kLeastEnlarged) return first;
   const double search =
       options.max_disparity > 0 ? options.max_disparity * scale : state_->trained_disparity;
   return state_->See(left, right, SizeAt(width, height, scale, search));

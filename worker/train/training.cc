@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "common/base/hash.h"
 #include "common/base/status.h"
 #include "common/base/system/file.h"
 #include "common/base/version.h"
@@ -76,6 +77,7 @@ class Run {
   absl::StatusOr<TrainingEnd> Go() {
     at::set_num_threads(settings_.threads);
     InitialiseWeights(network_, settings_.seed);
+    if (!job_.start.empty()) RETURN_IF_ERROR(TakeWeights());
     optimiser_.emplace(network_);
     if (!job_.resume.empty()) {
       RETURN_IF_ERROR(Resume());
@@ -94,7 +96,20 @@ class Run {
   Json SettingsJson() const {
     Json json = ToJson(settings_);
     json["data"] = HashesOf(job_.sources);
+    json["start"] = start_;
     return json;
+  }
+
+  // Begins with the weights that predict of another run.
+  absl::Status TakeWeights() {
+    ASSIGN_OR_RETURN(start_, Sha256HexOfFile(job_.start));
+    ASSIGN_OR_RETURN(const Checkpoint checkpoint, ReadCheckpoint(job_.start, network_));
+    const Tensor& weights = checkpoint.state.average;
+    if (!at::isfinite(weights).all().item<bool>()) {
+      return DataLoss("{}: its weights are not finite: its training has diverged", job_.start);
+    }
+    SetWeights(network_, weights);
+    return absl::OkStatus();
   }
 
   absl::Status Resume() {
@@ -252,7 +267,7 @@ class Run {
     Json card = {{"trainer", "builtin"},           {"program_version", kProgramVersion},
                  {"torch_version", TORCH_VERSION}, {"weights", weights},
                  {"settings", ToJson(settings_)},  {"data", data},
-                 {"resumed_from_step", first_}};
+                 {"start_sha256", start_},         {"resumed_from_step", first_}};
     if (!result.is_null()) card["result"] = result;
     return DiskError(WriteFile(job_.out_dir + "/train.json", card.dump(2) + "\n"));
   }
@@ -263,6 +278,7 @@ class Run {
   const std::function<void(const Json&)>& progress_;
   StereoNetwork network_;
   std::optional<Optimiser> optimiser_;
+  Json start_;  // SHA-256 of the file whose weights it begins with, or null.
   int64_t first_ = 0, done_ = 0;
   double began_ = 0, saved_ = 0;
 };

@@ -12,6 +12,9 @@
 
 namespace parallax {
 
+// Peak of the learning rate, unless told, of runs that begin with trained weights.
+inline constexpr double kStartedLearningRate = 0.3e-3;
+
 // A run: its settings, its data and its files.
 struct TrainingJob {
   TrainSettings settings;
@@ -22,7 +25,8 @@ struct TrainingJob {
   std::vector<TrainingSource> heldout;  // Scored at the end; may be empty.
   int heldout_pairs = 50;
   std::string out_dir;
-  std::string resume;              // A checkpoint of the same run, or empty.
+  std::string start;   // A checkpoint of any run whose weights this one begins with, or empty.
+  std::string resume;  // A checkpoint of the same run, or empty.
   int64_t checkpoint_every = 250;  // Steps.
   double checkpoint_s = 1e9;       // Also when the last one is older.
   int progress_every = 10;         // Steps.

@@ -23,6 +23,14 @@ InstalledAs KindOf(const std::string& data) {
   return InstalledAs::kTarball;
 }
 
+// Returns the absolute path of the file that an environment variable names; empty if it names none.
+absl::StatusOr<std::string> NamedBy(const std::string& variable, int access_mode) {
+  const char* const named = std::getenv(variable.c_str());
+  if (named == nullptr || *named == '\0') return std::string();
+  if (access(named, access_mode) == 0) return fs::absolute(named).string();
+  return ErrnoError(errno, "$" + variable + ": " + named);
+}
+
 }  // namespace
 
 Installation InstallationOf(const std::string& program) {
@@ -45,16 +53,32 @@ const Installation& ThisInstallation() {
 absl::StatusOr<std::string> FindProgram(const std::string& name) {
   std::string variable = "PARALLAX_";
   for (const char c : name) variable += static_cast<char>(std::toupper(c));
-  const char* const named = std::getenv(variable.c_str());
-  if (named != nullptr && *named != '\0') {
-    if (access(named, X_OK) == 0) return fs::absolute(named).string();
-    return ErrnoError(errno, "$" + variable + ": " + named);
-  }
+  ASSIGN_OR_RETURN(const std::string named, NamedBy(variable, X_OK));
+  if (!named.empty()) return named;
   const Installation& installation = ThisInstallation();
   const std::string path = installation.programs + "/" + name;
   if (access(path.c_str(), X_OK) == 0) return path;
   return NotFound("the program `{}` is missing: no {}; {}, or name the program in ${}", name, path,
                   HowToAddProgram(installation, name), variable);
+}
+
+absl::StatusOr<std::string> FindNetwork() {
+  constexpr char kVariable[] = "PARALLAX_NETWORK";
+  ASSIGN_OR_RETURN(const std::string named, NamedBy(kVariable, R_OK));
+  if (!named.empty()) return named;
+  const Installation& installation = ThisInstallation();
+  const bool built = installation.as == InstalledAs::kBuild;
+  // CMake links it beside the programs of a build.
+  const std::string path = built ? installation.programs + "/network.pt"
+                                 : installation.data + "/configs/networks/network.pt";
+  if (access(path.c_str(), R_OK) == 0) return path;
+  return NotFound(
+      "the trained network of Parallax is missing: no {}; {}, or name a checkpoint of the built-in "
+      "trainer in ${}",
+      path,
+      built ? "build in a source tree that has configs/networks/network.pt"
+            : "install Parallax again",
+      kVariable);
 }
 
 std::string HowToAddProgram(const Installation& installation, const std::string& name) {

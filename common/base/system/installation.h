@@ -31,6 +31,12 @@ const Installation& ThisInstallation();
 // Errors: kNotFound with the path and HowToAddProgram; those of access(2) for a variable's program.
 absl::StatusOr<std::string> FindProgram(const std::string& name);
 
+// Returns the absolute path of the trained network that comes with Parallax, a checkpoint of the
+// built-in trainer: $PARALLAX_NETWORK, or the one that was installed with this program.
+// Errors: kNotFound with the path and what the user does to add it; those of access(2) for the
+// variable's file.
+absl::StatusOr<std::string> FindNetwork();
+
 // Say what the user does to add what is missing, as an order without a full stop: "install its
 // wheel: pip install ...".
 std::string HowToAddProgram(const Installation& installation, const std::string& name);

@@ -127,6 +127,12 @@ class SearchChecker {
            "neither steps nor minutes, allowed in a search is one of them: its rungs "
            "train for a share of it");
     }
+    if (search_.points_per_core_s() > 0 && study_.evaluate().decides() == "log") {
+      Tell("search.points_per_core_s",
+           fmt::format("{} beside evaluate.decides: log, whose differences are no points, allowed "
+                       "is 0",
+                       search_.points_per_core_s()));
+    }
   }
 
   // ---- Benchmarks

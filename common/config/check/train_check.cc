@@ -198,6 +198,14 @@ class TrainChecker {
     if (mixture.share() <= 0) {
       Tell(path + ".share", "0, allowed is more: of no pairs nothing can be learnt");
     }
+    // A resolved study has the default everywhere.
+    if (!mixture.mismatched() && mixture.mismatched_share() != 1) {
+      Tell(path + ".mismatched_share",
+           fmt::format("{} is of no use without mismatched: true, allowed are both or none",
+                       mixture.mismatched_share()));
+    } else if (mixture.mismatched_share() <= 0) {
+      Tell(path + ".mismatched_share", "0, allowed is more, or no mismatched");
+    }
     if (mixture.parts().empty()) {
       return Tell(path + ".parts",
                   "an empty list, allowed is a list of at least one {variant, "

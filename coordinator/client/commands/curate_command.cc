@@ -7,6 +7,7 @@
 #include "common/base/seconds.h"
 #include "common/base/status.h"
 #include "common/base/system/file.h"
+#include "common/base/system/installation.h"
 #include "common/config/config.h"
 #include "coordinator/client/cancellable.h"
 #include "coordinator/client/commands/evaluate_command.h"
@@ -79,16 +80,34 @@ class Curation {
       }
       // Held-out pairs judge networks: to leave out those that networks miss would flatter all.
       if (spec->heldout() && options_.variants.empty()) continue;
-      Task task{.variant = std::move(variant), .spec = *spec, .networks = options_.checkpoints};
+      Task task{.variant = std::move(variant), .spec = *spec};
       if (options_.max_share) {
         task.spec.mutable_config()->mutable_filters()->set_max_ambiguous_share(*options_.max_share);
       }
-      if (task.networks.empty()) {
-        ASSIGN_OR_RETURN(task.networks, NetworksFor(root_, study_, task.variant.name));
-      }
+      ASSIGN_OR_RETURN(task.networks, NetworksOf(task.variant.name));
       tasks_.push_back(std::move(task));
     }
     return absl::OkStatus();
+  }
+
+  // Returns the paths of those that were named; else of the study's own, else of the one that comes
+  // with Parallax.
+  absl::StatusOr<std::vector<std::string>> NetworksOf(const std::string& variant) {
+    std::vector<std::string> networks = options_.checkpoints;
+    for (std::string& path : networks) {
+      if (path != kShippedNetwork) continue;
+      ASSIGN_OR_RETURN(path, FindNetwork());
+    }
+    if (!networks.empty()) return networks;
+    const auto own = NetworksFor(root_, study_, variant);
+    if (own.ok()) return own;
+    const absl::StatusOr<std::string> shipped = FindNetwork();
+    if (!shipped.ok())
+      return WithContext(shipped.status(), std::string(ToStd(own.status().message())));
+    session_.PrintNote(variant + ": " + root_ +
+                       "/training has no network that was trained on it; the one that comes with "
+                       "Parallax scores it");
+    return std::vector<std::string>{*shipped};
   }
 
   absl::Status OpenNetworks() {
@@ -241,6 +260,7 @@ void RegisterCurate(Registry& registry) {
       "\n"
       "Examples:\n"
       "  parallax curate out/table1                     with the networks of its own trainings\n"
+      "  parallax curate out/quickstart --checkpoint network\n"
       "  parallax curate out/quickstart --checkpoint runs/wide/final.pt --max-share 0.6\n"
       "  parallax curate out/mix --variant 'm-*' --checkpoint a.pt --checkpoint b.pt --json\n");
   command->group(kLocalCommands);
@@ -249,8 +269,9 @@ void RegisterCurate(Registry& registry) {
       ->required();
   command
       ->add_option("--checkpoint", options->checkpoints,
-                   "A network of the built-in trainer; may be repeated (default: those that the "
-                   "study trained on the variant, in DIR/training)")
+                   "A network of the built-in trainer, or `network`, the one that comes with "
+                   "Parallax; may be repeated (default: those that the study trained on the "
+                   "variant, in DIR/training, else `network`)")
       ->type_name("FILE");
   command
       ->add_option("--max-share", options->max_share,

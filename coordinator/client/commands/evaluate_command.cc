@@ -260,23 +260,24 @@ void AddPredictorOptions(CLI::App* command, PredictorChoice& choice) {
 void RegisterEvaluate(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "evaluate", "Score predictions on benchmarks of real or generated pairs",
-      "PREDICTOR is `sgbm` (OpenCV's matcher, the classical baseline), a checkpoint of the "
-      "built-in\n"
-      "trainer, or a folder of predictions <pair>.pfm, .png (16 bits, x256), .npy or .exr. With\n"
+      "PREDICTOR is `network` (the trained one that comes with Parallax), `sgbm` (OpenCV's\n"
+      "matcher, the classical baseline), a checkpoint of the built-in trainer, or a folder of\n"
+      "predictions <pair>.pfm, .png (16 bits, x256), .npy or .exr. With\n"
       "--command any program predicts: {list} becomes a file of lines `left right output.pfm`.\n"
       "One score file a benchmark; `parallax table` makes tables of them. Pixels without a valid\n"
       "prediction count as wrong, a pair without a prediction is an error.\n"
       "\n"
       "Examples:\n"
       "  parallax evaluate --list                        the benchmarks, and how their files lie\n"
-      "  parallax evaluate sgbm --out scores             on the pair that setup.sh installs\n"
+      "  parallax evaluate network --out scores          on the pair that setup.sh installs\n"
       "  parallax evaluate default-1.pt --variant default --seed 1 --out scores \\\n"
       "      --benchmarks ~/stereo --on middlebury2014-H --on eth3d --on kitti2015\n"
       "  parallax evaluate --command 'python predict.py {list}' --variant mine --out scores \\\n"
       "      --on heldout=archive:out/heldout --on list:pairs.txt --pictures\n");
   command->group(kLocalCommands);
   auto options = std::make_shared<EvaluateCommandOptions>();
-  command->add_option("PREDICTOR", options->predictor.what, "sgbm, a checkpoint, or a folder");
+  command->add_option("PREDICTOR", options->predictor.what,
+                      "network, sgbm, a checkpoint, or a folder");
   command
       ->add_option("--command", options->predictor.command,
                    "A command with {list}, run by /bin/sh, that writes each output as PFM")
@@ -304,6 +305,11 @@ void RegisterEvaluate(Registry& registry) {
       ->add_option("--pairs", options->pairs,
                    "Number of pairs of each benchmark, spread evenly (default: all)")
       ->check(CLI::Range(1, 1000000));
+  command
+      ->add_option("--looks", options->predictor.looks,
+                   "How often a checkpoint's network looks at a small pair: 2, again, enlarged, or "
+                   "1, in a fifth of the time (default: 2)")
+      ->check(CLI::Range(1, 2));
   command->add_flag(
       "--pictures", options->pictures,
       "Draw predictions of the best and worst pairs, and errors by class and material");

@@ -86,6 +86,7 @@ Json PlanJson(const v1::StudySpec& study, const StudyPlan& plan, const Power& po
     json["power"].push_back({{"benchmark", one.benchmark},
                              {"pairs", one.pairs},
                              {"seeds", study.train().seeds()},
+                             {"metric", "bad-2"},
                              {"least_difference", one.least_difference},
                              {"measured_here", one.measured_here}});
   }
@@ -113,6 +114,13 @@ void PrintTraining(const v1::StudySpec& study, const TrainingPlan& plan, const T
   }
 }
 
+// The spread of logs, by which verdicts may be, has not been measured.
+void PrintDecides(const v1::StudySpec& study, const std::vector<BenchmarkPower>& power,
+                  const Terminal& out) {
+  if (study.evaluate().decides() != "log" || power.empty()) return;
+  *out.stream << "Verdicts are by log; these differences are those that bad-2 would tell\n";
+}
+
 void PrintPower(const v1::StudySpec& study, const StudyPlan& plan, const Power& power,
                 const Terminal& out) {
   const int seeds = study.train().seeds();
@@ -133,6 +141,7 @@ void PrintPower(const v1::StudySpec& study, const StudyPlan& plan, const Power& 
     *out.stream << fmt::format("{:.1f} with {} ({})\n", more.least_difference, power.more_seeds,
                                hours(power.more_seeds));
   }
+  PrintDecides(study, power.more, out);
 }
 
 void PrintPlan(const v1::StudySpec& study, const StudyPlan& plan, const Power& power, int cores,
@@ -217,14 +226,16 @@ absl::StatusOr<ExitCode> PlanSearch(const v1::StudySpec& study, const PlanOption
     return kExitOk;
   }
   PrintSearchCosts(study, costs, session.out());
-  for (const BenchmarkPower& power :
-       PowerOf(study, own, spreads, SeedsOfRung(study, SearchOf(study).rungs_size() - 1))) {
+  const std::vector<BenchmarkPower> powers =
+      PowerOf(study, own, spreads, SeedsOfRung(study, SearchOf(study).rungs_size() - 1));
+  for (const BenchmarkPower& power : powers) {
     *session.out().stream << fmt::format(
         "Significant on {} ({}, 80 of 100 times) in the last rung: differences of bad-2 from "
         "{:.1f} "
         "points\n",
         power.benchmark, Plural(power.pairs, "pair"), power.least_difference);
   }
+  PrintDecides(study, powers, session.out());
   *session.out().stream << "Time: " << FormatAbout(3600 * costs.total.core_hours() / options.cores)
                         << " or more on " << Plural(options.cores, "core") << "\n"
                         << "`parallax search " << options.study.study << "` begins it\n"

@@ -23,8 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct PredictOptions {
-  PredictorChoice predictor;
-  std::string left, right;
+  PredictorChoice predictor;       // Without `what`.
+  std::vector<std::string> words;  // The predictor, if it is named, and both pictures.
   std::string out, picture;
 };
 
@@ -38,8 +38,9 @@ absl::Status WriteOutput(const std::string& path, const ImageF& disparity_px) {
 absl::StatusOr<ImageF> PredictOne(const PredictOptions& options, Predictor& predictor,
                                   const Session& session) {
   ASSIGN_OR_RETURN(const TemporaryFolder work, TemporaryFolder::Make("predict"));
+  const std::string &right = options.words.back(), &left = options.words.end()[-2];
   ASSIGN_OR_RETURN(const PreparedPair pair,
-                   PreparePair({.name = "pair", .left = options.left, .right = options.right},
+                   PreparePair({.name = "pair", .left = left, .right = right},
                                work.path() + "/pair", PairCheck::kPictures));
   for (const std::string& note : pair.notes) session.PrintNote(note);
   const PredictionTask task = {
@@ -56,7 +57,9 @@ absl::StatusOr<ExitCode> Predict(const PredictOptions& options, Session& session
   if (extension != ".pfm" && extension != ".png") {
     return InvalidArgument("--out {}: wanted a .pfm or a .png", options.out);
   }
-  ASSIGN_OR_RETURN(const ChosenPredictor chosen, ChoosePredictor(options.predictor));
+  PredictorChoice choice = options.predictor;
+  choice.what = options.words.size() == 3 ? options.words[0] : kShippedNetwork;
+  ASSIGN_OR_RETURN(const ChosenPredictor chosen, ChoosePredictor(choice));
   ASSIGN_OR_RETURN(const ImageF disparity_px, PredictOne(options, *chosen.predictor, session));
   RETURN_IF_ERROR(WriteOutput(options.out, disparity_px));
   const double full_scale_px = ColorScale(disparity_px);
@@ -84,19 +87,22 @@ absl::StatusOr<ExitCode> Predict(const PredictOptions& options, Session& session
 void RegisterPredict(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "predict", "Predict the disparities of a pair of rectified pictures",
-      "PREDICTOR is a checkpoint of the built-in trainer, or `sgbm` (OpenCV's matcher). The "
-      "output\n"
+      "PREDICTOR is a checkpoint of the built-in trainer, `sgbm` (OpenCV's matcher), or\n"
+      "`network`, the trained one that comes with Parallax (default). The output\n"
       "holds disparities of the left picture in pixels: a PFM as float32, a PNG as 16 bits x256\n"
       "with 0 for none.\n"
       "\n"
       "Examples:\n"
+      "  parallax predict left.png right.png --out disparity.pfm\n"
       "  parallax predict default-1.pt left.png right.png --out disparity.pfm\n"
       "  parallax predict sgbm left.png right.png --out disparity.png --picture colours.png\n");
   command->group(kLocalCommands);
   auto options = std::make_shared<PredictOptions>();
-  command->add_option("PREDICTOR", options->predictor.what, "A checkpoint, or sgbm")->required();
-  command->add_option("LEFT", options->left, "The left picture")->required();
-  command->add_option("RIGHT", options->right, "The right picture")->required();
+  command
+      ->add_option("[PREDICTOR] LEFT RIGHT", options->words,
+                   "A checkpoint, sgbm or network (default); the left picture; the right picture")
+      ->required()
+      ->expected(2, 3);
   command->add_option("-o,--out", options->out, "The disparities: .pfm or .png")
       ->type_name("FILE")
       ->required();

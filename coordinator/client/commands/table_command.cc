@@ -25,12 +25,14 @@ struct TableCommandOptions {
   std::string dir;
   std::string format = "text";
   std::string out, pictures;
+  std::string decides;  // Empty: as the study says.
   TableOptions table;
 };
 
 // Scores of a folder, or of a coordinator's study; `table` gets the study's order and reference.
-absl::StatusOr<std::vector<Evaluation>> FindScores(const std::string& what, TableOptions& table,
-                                                   Session& session) {
+absl::StatusOr<std::vector<Evaluation>> FindScores(const TableCommandOptions& options,
+                                                   TableOptions& table, Session& session) {
+  const std::string& what = options.dir;
   std::error_code error;
   v1::StudySpec study;
   std::string dir = what;
@@ -59,6 +61,7 @@ absl::StatusOr<std::vector<Evaluation>> FindScores(const std::string& what, Tabl
   const TableOptions of_study = TableOptionsOf(study);
   if (table.variant_order.empty()) table.variant_order = of_study.variant_order;
   table.weigh_groups = table.weigh_groups || of_study.weigh_groups;
+  table.decide_by_log = options.decides.empty() ? of_study.decide_by_log : options.decides == "log";
   absl::StatusOr<std::vector<Evaluation>> scores = ReadEvaluations(dir);
   // The study's reference may have no scores yet.
   if (table.baseline.empty() && scores.ok() &&
@@ -92,7 +95,7 @@ absl::StatusOr<ExitCode> MakeTables(const TableCommandOptions& options, Session&
   const std::string format = session.options.json ? "json" : options.format;
   TableOptions table_options = options.table;
   ASSIGN_OR_RETURN(const std::vector<Evaluation> evaluations,
-                   FindScores(options.dir, table_options, session));
+                   FindScores(options, table_options, session));
   RETURN_IF_ERROR(CheckOrder(options.table.variant_order, evaluations));
   ASSIGN_OR_RETURN(const ResultTable table, MakeTable(evaluations, table_options));
   ASSIGN_OR_RETURN(const std::string text, FormatTable(table, format));
@@ -150,6 +153,13 @@ void RegisterTable(Registry& registry) {
                    "Variants in the order of the rows; others follow by name")
       ->delimiter(',')
       ->type_name("VARIANTS");
+  command
+      ->add_option("--decides", options->decides,
+                   "The figure whose differences are called better or worse: shown, or log, the "
+                   "mean logarithm of the error (default: as `evaluate.decides` of the study, else "
+                   "shown)")
+      ->type_name("FIGURE")
+      ->check(CLI::IsMember({"shown", "log"}));
   command->add_flag("--weigh-groups", options->table.weigh_groups,
                     "Let each set of pairs (mb2006_..., or `group:` in a list) count alike in the "
                     "mean, instead of each pair, as `evaluate.weigh_groups` of a study");

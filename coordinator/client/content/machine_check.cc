@@ -90,6 +90,27 @@ std::string WhyNotTrainer(const std::string& trainer, const MachineOptions& opti
   return "";
 }
 
+// Returns why trainings of the study can't begin with the trained network here; "" if they can.
+std::string WhyNotStart(const v1::TrainSpec& train, const MachineOptions& options) {
+  const auto installed = InstalledTrainers::Load({train.trainer()}, options.trainers_dir);
+  if (train.start() != "network" || !installed.ok()) return "";
+  if (installed->Find(train.trainer())->contract.start.empty()) {
+    return fmt::format("network, but trainer {} can't start from one: its file has no list `start`",
+                       Quoted(train.trainer()));
+  }
+  return std::string(ToStd(FindNetwork().status().message()));
+}
+
+// Returns why the trainer can't be told the study's number of looks; "" if it can.
+std::string WhyNotLooks(const v1::StudySpec& study, const MachineOptions& options) {
+  const std::string& trainer = study.train().trainer();
+  const auto installed = InstalledTrainers::Load({trainer}, options.trainers_dir);
+  if (study.evaluate().looks() != 1 || !installed.ok()) return "";
+  if (!installed->Find(trainer)->contract.looks.empty()) return "";
+  return fmt::format("1, but trainer {} can't be told: its file has no list `looks`",
+                     Quoted(trainer));
+}
+
 std::string WhyNotBenchmark(const std::string& name, const std::string& dir) {
   const absl::Status opened = OpenBenchmark(name, dir).status();
   if (opened.ok()) return "";
@@ -127,6 +148,8 @@ std::vector<std::string> WhatIsMissing(const v1::StudySpec& study, const std::st
   };
   if (study.has_train()) {
     tell("train.trainer", WhyNotTrainer(study.train().trainer(), options));
+    tell("train.start", WhyNotStart(study.train(), options));
+    tell("evaluate.looks", WhyNotLooks(study, options));
   }
   const struct {
     const char* field;

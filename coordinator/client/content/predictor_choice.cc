@@ -81,10 +81,19 @@ absl::StatusOr<ChosenPredictor> FromCheckpoint(const PredictorChoice& choice) {
   chosen.run.variant = VariantOf(checkpoint);
   chosen.run.seed = SeedOf(checkpoint);
   chosen.run.trainer = "builtin";
-  chosen.predictor =
-      MakeCommandPredictor({.command = TrainerPredictCommand(program, checkpoint, choice.threads),
-                            .pair_s = choice.pair_s,
-                            .name = choice.what});
+  chosen.run.looks = choice.looks;
+  chosen.predictor = MakeCommandPredictor(
+      {.command = TrainerPredictCommand(program, checkpoint, choice.threads, choice.looks),
+       .pair_s = choice.pair_s,
+       .name = choice.what});
+  return chosen;
+}
+
+absl::StatusOr<ChosenPredictor> FromShippedNetwork(PredictorChoice choice) {
+  ASSIGN_OR_RETURN(choice.what, FindNetwork());
+  ASSIGN_OR_RETURN(ChosenPredictor chosen, FromCheckpoint(choice));
+  chosen.run.variant = kShippedNetwork;
+  chosen.run.seed.reset();  // As it is, one network.
   return chosen;
 }
 
@@ -94,8 +103,14 @@ absl::StatusOr<ChosenPredictor> ChoosePredictor(const PredictorChoice& choice) {
   std::error_code error;
   if (choice.what.empty() == choice.command.empty()) {
     return InvalidArgument(
-        "{}", choice.what.empty() ? "what predicts? Give sgbm, a checkpoint, a folder, or --command"
-                                  : "PREDICTOR and --command exclude each other");
+        "{}", choice.what.empty()
+                  ? "what predicts? Give network, sgbm, a checkpoint, a folder, or --command"
+                  : "PREDICTOR and --command exclude each other");
+  }
+  const bool is_network = choice.what == kShippedNetwork;
+  if (choice.looks > 0 && !is_network && !fs::is_regular_file(choice.what, error)) {
+    return InvalidArgument("--looks has no effect on {}, allowed is a checkpoint, or network",
+                           choice.command.empty() ? choice.what : "--command");
   }
   if (!choice.command.empty()) {
     return ChosenPredictor{
@@ -105,14 +120,15 @@ absl::StatusOr<ChosenPredictor> ChoosePredictor(const PredictorChoice& choice) {
   if (choice.what == "sgbm") {
     return ChosenPredictor{MakeSgbmPredictor(), {.variant = "sgbm", .trainer = "opencv"}};
   }
+  if (is_network) return FromShippedNetwork(choice);
   if (fs::is_directory(choice.what, error)) {
     const fs::path dir = fs::absolute(choice.what / fs::path()).lexically_normal();
     return ChosenPredictor{MakeFolderPredictor(dir.parent_path()),
                            {.variant = dir.parent_path().filename(), .trainer = "files"}};
   }
   if (fs::is_regular_file(choice.what, error)) return FromCheckpoint(choice);
-  return NotFound("{}: neither `sgbm`, nor a checkpoint, nor a folder of predictions{}",
-                  choice.what, NearestHint(choice.what, {"sgbm"}));
+  return NotFound("{}: neither `network`, `sgbm`, nor a checkpoint, nor a folder of predictions{}",
+                  choice.what, NearestHint(choice.what, {"sgbm", kShippedNetwork}));
 }
 
 }  // namespace parallax::client

@@ -19,16 +19,16 @@ absl::Status Lacks(const std::string& variant, const std::string& what) {
   return FailedPrecondition("{} can't be compared with the default: {}", variant, what);
 }
 
-// Returns the images' errors as cells whose quotient is the figure: each benchmark's weights sum up
-// to 1. Images of one group are one cell.
-std::vector<Quotient> CellsOfRun(const Evaluation& run) {
+// Returns the images' errors as cells whose quotient is the figure of the measure: each benchmark's
+// weights sum up to 1. Images of one group are one cell.
+std::vector<Quotient> CellsOfRun(const Evaluation& run, const Measure& measure) {
   std::vector<std::string> groups;
   std::vector<double> errors;
   for (const Scores& image : run.images) {
     const auto tally = image.regions.find(run.headline.region);
     if (tally == image.regions.end() || tally->second.pixels == 0) continue;
     groups.push_back(image.pair_group);
-    errors.push_back(FigureOf(BadAt(2), tally->second));
+    errors.push_back(FigureOf(measure, tally->second));
   }
   const std::vector<int> units = UnitsOf(groups);
   std::vector<Quotient> cells;
@@ -51,7 +51,8 @@ bool SamePairs(const Evaluation& a, const Evaluation& b) {
 // Returns the trial's cells by seed, all benchmarks side by side.
 absl::StatusOr<FigureTable> TableOfTrial(const std::string& variant, const RunsOfTrial& runs,
                                          const RunsOfTrial& reference,
-                                         const std::vector<std::string>& benchmarks) {
+                                         const std::vector<std::string>& benchmarks,
+                                         const Measure& measure) {
   FigureTable table;
   for (const std::string& benchmark : benchmarks) {
     const auto own = runs.find(benchmark), others = reference.find(benchmark);
@@ -68,7 +69,7 @@ absl::StatusOr<FigureTable> TableOfTrial(const std::string& variant, const RunsO
       if (seed != other->first || !SamePairs(*run, *other->second)) {
         return Lacks(variant, "other pairs or seeds on " + benchmark);
       }
-      const std::vector<Quotient> cells = CellsOfRun(*run);
+      const std::vector<Quotient> cells = CellsOfRun(*run, measure);
       row->insert(row->end(), cells.begin(), cells.end());
       ++row, ++other;
     }
@@ -114,11 +115,16 @@ absl::StatusOr<std::vector<TrialScore>> TrialScoresOf(const std::vector<Evaluati
     const auto found = query.points.find(variant);
     return found == query.points.end() ? 0 : found->second;
   };
-  std::map<std::string, FigureTable> tables;
+  std::map<std::string, FigureTable> tables, of_logs;  // The latter where they decide.
   std::vector<TrialScore> scores;
   for (const auto& [variant, of_variant] : runs) {
-    ASSIGN_OR_RETURN(tables[variant],
-                     TableOfTrial(variant, of_variant, reference->second, query.benchmarks));
+    const auto table_by = [&, &trial = variant, &trials_runs = of_variant](const Measure& measure) {
+      return TableOfTrial(trial, trials_runs, reference->second, query.benchmarks, measure);
+    };
+    ASSIGN_OR_RETURN(tables[variant], table_by(BadAt(2)));
+    if (query.decide_by_log) {
+      ASSIGN_OR_RETURN(of_logs[variant], table_by(kLogMeasure));
+    }
     TrialScore& score = scores.emplace_back();
     score.variant = variant;
     ASSIGN_OR_RETURN(const Interval objective,
@@ -129,8 +135,12 @@ absl::StatusOr<std::vector<TrialScore>> TrialScoresOf(const std::vector<Evaluati
       std::min_element(scores.begin(), scores.end(), [](const TrialScore& a, const TrialScore& b) {
         return a.objective.value() < b.objective.value();
       })->variant;
-  const auto compare = [&](const std::string& a, const std::string& b) {
-    return Tell(tables[a], tables[b], points_of(a) - points_of(b));
+  const auto compare = [&](const std::string& a, const std::string& b) -> absl::StatusOr<Told> {
+    ASSIGN_OR_RETURN(Told told, Tell(tables[a], tables[b], points_of(a) - points_of(b)));
+    if (!query.decide_by_log) return told;
+    ASSIGN_OR_RETURN(const Told by_log, Tell(of_logs[a], of_logs[b], 0));
+    told.verdict = by_log.verdict;
+    return told;
   };
   for (TrialScore& score : scores) {
     ASSIGN_OR_RETURN(Told told, compare(score.variant, kDefaultTrial));

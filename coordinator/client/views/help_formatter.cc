@@ -63,6 +63,7 @@ class HelpFormatter : public CLI::Formatter {
 
   std::string make_option_usage(const CLI::Option* option) const override {
     std::string usage = option->get_name(true, false);
+    if (usage.find(' ') != std::string::npos) return usage;  // All of its words.
     if (option->get_expected_max() > 1) usage += "...";
     return option->get_required() ? usage : "[" + usage + "]";
   }

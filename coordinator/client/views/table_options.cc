@@ -8,6 +8,7 @@ TableOptions TableOptionsOf(const v1::StudySpec& study) {
   TableOptions options;
   options.baseline = study.evaluate().reference();
   options.weigh_groups = study.evaluate().weigh_groups();
+  options.decide_by_log = study.evaluate().decides() == "log";
   for (const v1::Mixture& set : TrainingSetsOf(study)) options.variant_order.push_back(set.name());
   if (options.baseline.empty() && !options.variant_order.empty()) {
     options.baseline = options.variant_order.front();

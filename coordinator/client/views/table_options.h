@@ -11,7 +11,7 @@
 namespace parallax::client {
 
 // Returns options for rows in the order of the study's training sets, compared with its reference,
-// whose means weigh pairs as the study says.
+// whose means weigh pairs, and whose verdicts are made, as the study says.
 TableOptions TableOptionsOf(const v1::StudySpec& study);
 
 // Makes the study's table of these scores, one or more; without a reference while that has none.

@@ -301,7 +301,11 @@ absl::Status AddEvaluationsOf(WorkDesk& desk, const EvaluationPlan& plan, int64_
       v1::EvaluateJob& job = *input.mutable_job();
       job.set_name(training.name());
       job.set_trainer(training.trainer());
-      if (train_job != 0) job.set_seed(training.seed());
+      if (train_job != 0) {
+        job.set_seed(training.seed());
+        // Networks take two by themselves.
+        if (plan.spec.looks() == 1) job.set_looks(1);
+      }
       job.set_benchmark(benchmark);
       for (const v1::OwnBenchmark& own : plan.spec.own_benchmarks()) {
         if (own.name() == benchmark) *job.mutable_own() = own;

@@ -10,8 +10,10 @@
 #include <numeric>
 
 #include "common/base/ability_tags.h"
+#include "common/base/hash.h"
 #include "common/base/names.h"
 #include "common/base/status.h"
+#include "common/base/system/installation.h"
 #include "common/config/training_plan.h"
 #include "coordinator/queue/commands/report_check.h"
 #include "coordinator/queue/kinds/folder_kind.h"
@@ -53,6 +55,16 @@ std::string WhyNoResult(const v1::TrainResult& result) {
   }
   if (result.pairs() < 1) return fmt::format("{} pairs trained on", result.pairs());
   return "";
+}
+
+// Returns TrainJob.start: the tag of the network's file here, "" for weights drawn by the seed.
+// Errors: those of FindNetwork and reading.
+absl::StatusOr<std::string> StartOf(const v1::TrainSpec& train) {
+  if (train.start() != "network") return std::string();
+  const absl::StatusOr<std::string> path = FindNetwork();
+  if (!path.ok()) return FailedPrecondition("train.start: {}", ToStd(path.status().message()));
+  ASSIGN_OR_RETURN(const std::string hash, Sha256HexOfFile(*path));
+  return NetworkTag(hash);
 }
 
 class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
@@ -137,6 +149,7 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
     const std::vector<v1::Mixture> sets = TrainingSetsOf(study);
     const EvaluationPlan plan = EvaluationPlanOf(study, variants);
     const std::vector<size_t> order = OrderOf(sets);
+    ASSIGN_OR_RETURN(const std::string start, StartOf(study.train()));
     uint32_t ordinal = 0;
     uint32_t evaluation = 0;
     for (int seed = 0; seed < study.train().seeds(); ++seed) {
@@ -144,6 +157,7 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
       for (const size_t place : order) {
         const v1::Mixture& set = sets[place];
         ASSIGN_OR_RETURN(v1::TrainInput input, InputFor(desk, study, variants, set, seed));
+        input.mutable_job()->set_start(start);
         std::vector<JobWait> waits;
         for (int i = 0; i < input.variant_ids_size(); ++i) {
           waits.push_back(JobWait::OnPairs(input.variant_ids(i), input.pairs(i)));
@@ -174,6 +188,7 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
     v1::TrainInput input;
     *input.mutable_needs() = study.train().needs();
     input.mutable_job()->set_trainer(study.train().trainer());
+    input.mutable_job()->set_start(StartOf(study.train()).value_or(""));
     return {NeedsOf(input.SerializeAsString())};
   }
 
@@ -185,6 +200,7 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
 
   void AddAbilities(const v1::TrainInput& input, std::vector<std::string>* tags) const override {
     tags->push_back(TrainerTag(input.job().trainer()));
+    if (!input.job().start().empty()) tags->push_back(input.job().start());
   }
 
   static constexpr Invariant kInvariants[] = {
@@ -249,6 +265,8 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
     job.set_threads(train.threads());
     job.set_share(set.share());
     job.set_mismatched(set.mismatched());
+    // All pairs are the 0 of the message, as before there were shares.
+    if (MismatchedShareOf(set) < 1) job.set_mismatched_share(MismatchedShareOf(set));
     job.set_curated(set.curated());
     job.set_checkpoints(study.has_evaluate() ? study.evaluate().checkpoints() : 1);
     for (const v1::Mixture::Part& part : set.parts()) {

@@ -24,7 +24,8 @@ std::string Megabytes(int64_t mb) {
 }
 
 Need NeedOfTag(const std::string& tag) {
-  const std::string trainer = TrainerTag(""), benchmark = BenchmarkTag("");
+  const std::string trainer = TrainerTag(""), benchmark = BenchmarkTag(""),
+                    network = NetworkTag("");
   if (tag.rfind(trainer, 0) == 0) {
     const std::string name = tag.substr(trainer.size());
     return {"trainer", "the trainer " + name, "worker --allow-trainers " + name, tag};
@@ -33,6 +34,10 @@ Need NeedOfTag(const std::string& tag) {
     const std::string name = tag.substr(benchmark.size());
     return {"benchmark", "the benchmark " + name,
             "worker --benchmarks FOLDER, with " + name + " in it", tag};
+  }
+  if (tag.rfind(network, 0) == 0) {
+    return {"tag", "the network with the SHA-256 " + tag.substr(network.size()),
+            "the coordinator's version of Parallax, or $PARALLAX_NETWORK", tag};
   }
   if (tag == kGpuTag) return {"gpu", "a GPU", "worker --tags gpu", tag};
   return {"tag", "the tag " + tag, "worker --tags " + tag, tag};

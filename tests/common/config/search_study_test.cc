@@ -266,6 +266,10 @@ TEST(SearchStudyTest, WhatIsBesideASearchIsChecked) {
       {head + "train: {steps: 9, variants: [default]}\n" + evaluate + search,
        "camera.yaml:3: train.variants: given, allowed in a search is none: each trial is a "
        "training set"},
+      {head + train + "evaluate: {decides: log}\n" +
+           "search: {space: {floating.count: {range: [0, 40]}}, points_per_core_s: 0.25}\n",
+       "camera.yaml:5: search.points_per_core_s: 0.25 beside evaluate.decides: log, whose "
+       "differences are no points, allowed is 0"},
       {"study: s\npairs: endless\n" + search, "beside `pairs: endless`, allowed is one of them"},
       {"study: " + std::string(51, 's') + "\npairs: 40\n" + train + evaluate + search,
        "camera.yaml:1: study: 51 letters, allowed in a study with a search are at most 50: its "

@@ -89,6 +89,28 @@ TEST(Training, AMixtureIsASetOfItsOwnBesideTheVariants) {
               ElementsAre("m"));
 }
 
+TEST(Training, AShareOfAMixturesPairsMayBeMismatchedAndTheLockKeepsIt) {
+  const v1::StudySpec study = Parsed(R"(train:
+  variants: [wide]
+  mixtures:
+    - {name: tenth, mismatched: true, mismatched_share: 0.1, parts: [{variant: wide}]}
+    - {name: control, mismatched: true, parts: [{variant: wide}]}
+)");
+  const auto shares = [](const v1::StudySpec& of) {
+    std::vector<double> all;
+    for (const v1::Mixture& set : TrainingSetsOf(of)) all.push_back(MismatchedShareOf(set));
+    return all;
+  };
+  EXPECT_THAT(shares(study), ElementsAre(0, 0.1, 1));
+  const auto again = ParseStudy(StudyToYaml(study), "study.lock.yaml");
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_THAT(shares(*again), ElementsAre(0, 0.1, 1));
+  // Sets of other shares are other data: neither's networks score the other's frames.
+  v1::Mixture curated = TrainingSetsOf(study)[1];
+  curated.set_curated(true);
+  EXPECT_EQ(PlainTwinOf(curated, TrainingSetsOf(study)), 1);
+}
+
 TEST(Training, AnEmptyListIsMeant) {
   const v1::StudySpec study = Parsed("train: {}\nevaluate: {baselines: [], group_by: []}\n");
   EXPECT_THAT(study.evaluate().baselines(), IsEmpty());
@@ -250,7 +272,7 @@ TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {
        "s.yaml:11: train.variants: a list beside only_mixtures, allowed is one of them"},
       {"train: {mixtures: {a: 1}}",
        "s.yaml:11: train.mixtures: a map, allowed is a list of {name, parts, share, mismatched, "
-       "curated, truth}"},
+       "mismatched_share, curated, truth}"},
       {"train: {mixtures: [3]}", "s.yaml:11: train.mixtures[0]: 3, allowed is a map of fields"},
       {"train: {mixtures: [{name: wide, parts: [{variant: wide}]}]}",
        "s.yaml:11: train.mixtures[0].name: \"wide\" names another variant too, allowed is a name "
@@ -280,6 +302,13 @@ TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {
       {mixture + ", share: 0}]}",
        "s.yaml:11: train.mixtures[0].share: 0, allowed is more: of no pairs nothing can be "
        "learnt"},
+      {mixture + ", mismatched_share: 0.1}]}",
+       "s.yaml:11: train.mixtures[0].mismatched_share: 0.1 is of no use without mismatched: true, "
+       "allowed are both or none"},
+      {mixture + ", mismatched: true, mismatched_share: 0}]}",
+       "s.yaml:11: train.mixtures[0].mismatched_share: 0, allowed is more, or no mismatched"},
+      {mixture + ", mismatched: true, mismatched_share: 1.1}]}",
+       "s.yaml:11: train.mixtures[0].mismatched_share: 1.1 is out of range, allowed 0 to 1"},
       {mixture + ", share: 1.5}]}",
        "s.yaml:11: train.mixtures[0].share: 1.5 is out of range, allowed 0 to 1"},
       {"evaluate: {benchmarks: [shiped]}",
@@ -290,6 +319,12 @@ TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {
       {"evaluate: {benchmarks: []}",
        "s.yaml:11: evaluate.benchmarks: an empty list, allowed is at least one benchmark, or "
        "heldout_pairs"},
+      {"train: {start: netwrok}",
+       "s.yaml:11: train.start: \"netwrok\" is not known, did you mean "
+       "network? (allowed: scratch, network)"},
+      {"evaluate: {looks: 3}", "s.yaml:11: evaluate.looks: 3 is out of range, allowed 1 to 2"},
+      {"evaluate: {decides: epe}",
+       "s.yaml:11: evaluate.decides: \"epe\" is not known (allowed: shown, log)"},
       {"evaluate: {baselines: [bm]}",
        "s.yaml:11: evaluate.baselines[0]: \"bm\" is not known, did you mean sgbm? (allowed: "
        "sgbm)"},

@@ -156,5 +156,22 @@ TEST_F(CurateCommandTest, AFailedNetworkLeavesTheDatasetAsItWas) {
   EXPECT_EQ(*ReadFile(dir_ + "/a/index.jsonl"), before);
 }
 
+TEST_F(CurateCommandTest, TheTrainedNetworkScoresWhereTheStudyHasNoneOfItsOwn) {
+  setenv("PARALLAX_NETWORK", "/nowhere/network.pt", 1);
+  const Outcome missing = Curate({dir_, "--variant", "a"});
+  EXPECT_EQ(missing.exit_code, kExitUsage);
+  EXPECT_THAT(missing.err, HasSubstr("name one with --checkpoint FILE"));
+  EXPECT_THAT(missing.err, HasSubstr("$PARALLAX_NETWORK: /nowhere/network.pt"));
+  const std::string network = Network("mine.pt", 0);
+  setenv("PARALLAX_NETWORK", network.c_str(), 1);
+  const Outcome noted = Curate({dir_, "--variant", "a"});
+  EXPECT_EQ(noted.exit_code, kExitOk) << noted.err;
+  EXPECT_THAT(noted.err, HasSubstr("a: " + dir_ + "/training has no network that was trained"));
+  const Json named = CurateJson({dir_, "--variant", "a", "--checkpoint", "network"});
+  EXPECT_EQ(named["networks"][0]["file"], network);
+  EXPECT_EQ(named["variants"][0]["scored_now"], 0) << "the same network";
+  unsetenv("PARALLAX_NETWORK");
+}
+
 }  // namespace
 }  // namespace parallax::client

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "common/base/system/file.h"
+#include "common/image/io.h"
 #include "common/image/jpeg.h"
 #include "coordinator/client/exit_code.h"
 #include "tests/coordinator/client/canned_coordinator.h"
@@ -180,6 +182,80 @@ TEST_F(EvaluateCommandTest, AStudysMeanWeighsSetsIfItSaysSo) {
   EXPECT_NEAR(value().get<double>(), 17.5, 1e-9);
   tree_.Text("s/study.lock.yaml", study + "evaluate: {weigh_groups: true}\n");
   EXPECT_NEAR(value().get<double>(), 25, 1e-9);
+}
+
+// A program stands for the trainer: it predicts what the checkpoint holds, and keeps its words.
+class NetworkCommandTest : public EvaluateCommandTest {
+ protected:
+  NetworkCommandTest() {
+    tree_.Text("trainer",
+               "#!/bin/sh\necho \"$@\" >> $0.calls\nwhile read l r o; do cp \"$3\" \"$o\"; done < "
+               "\"$5\"\n");
+    std::filesystem::permissions(tree_.Path("trainer"), std::filesystem::perms::owner_all);
+    tree_.Pfm("network.pt", ImageF(40, 20, 11.0f));
+    setenv("PARALLAX_NETWORK", tree_.Path("network.pt").c_str(), 1);
+  }
+  ~NetworkCommandTest() override { unsetenv("PARALLAX_NETWORK"); }
+  Outcome Run(std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--trainer-program", tree_.Path("trainer")});
+    return RunCommand(arguments);
+  }
+  std::string Calls() const { return *ReadFile(tree_.Path("trainer.calls")); }
+};
+
+TEST_F(NetworkCommandTest, TheTrainedNetworkIsAPredictorByItsName) {
+  const Outcome outcome = Run({"evaluate", "network", "--on", on_, "--out", scores_});
+  ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  const auto scores = ReadEvaluation(scores_ + "/network.builtin.pairs.jsonl");
+  ASSERT_TRUE(scores.ok()) << scores.status();
+  EXPECT_EQ(scores->run.variant, "network");
+  EXPECT_FALSE(scores->run.seed.has_value()) << "there is one of it";
+  EXPECT_EQ(scores->run.looks, 0);
+  EXPECT_THAT(Calls(), HasSubstr("predict --checkpoint " + tree_.Path("network.pt") + " --list"));
+  EXPECT_THAT(Calls(), Not(HasSubstr("--looks")));
+
+  setenv("PARALLAX_NETWORK", "/nowhere/network.pt", 1);
+  const Outcome missing = Run({"evaluate", "network", "--on", on_, "--out", scores_});
+  EXPECT_NE(missing.exit_code, kExitOk);
+  EXPECT_THAT(missing.err, HasSubstr("$PARALLAX_NETWORK: /nowhere/network.pt"));
+}
+
+TEST_F(NetworkCommandTest, OneLookIsToldToTheTrainerAndKeptInTheScores) {
+  const Outcome outcome =
+      Run({"evaluate", tree_.Path("network.pt"), "--looks", "1", "--on", on_, "--out", scores_});
+  ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_THAT(Calls(), HasSubstr("--looks 1\n"));
+  EXPECT_EQ(ReadEvaluation(scores_ + "/network.builtin.seed0.pairs.jsonl")->run.looks, 1);
+  const Outcome refused = Run({"evaluate", "sgbm", "--looks", "1", "--on", on_, "--out", scores_});
+  EXPECT_EQ(refused.exit_code, kExitUsage);
+  EXPECT_THAT(refused.err, HasSubstr("--looks has no effect on sgbm"));
+}
+
+TEST_F(NetworkCommandTest, APairAloneIsPredictedByTheTrainedNetwork) {
+  const std::string left = tree_.Path("pairs/a/im0.png"), right = tree_.Path("pairs/a/im1.png");
+  const std::string out = tree_.Path("disparity.pfm");
+  const Outcome outcome = Run({"predict", left, right, "--out", out});
+  ASSERT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_EQ(ReadPfm(out)->values()[0], 11);
+  EXPECT_EQ(Run({"predict", "network", left, right, "--out", out}).exit_code, kExitOk);
+  EXPECT_EQ(Run({"predict", left, "--out", out}).exit_code, kExitUsage);
+  EXPECT_EQ(Run({"predict", "sgbm", left, right, right, "--out", out}).exit_code, kExitUsage);
+  EXPECT_THAT(RunCommand({"predict", "--help"}).out,
+              HasSubstr("Usage: parallax predict [PREDICTOR] LEFT RIGHT --out FILE [options]"));
+}
+
+TEST_F(TableCommandTest, TheMeanLogErrorDecidesIfTheStudyOrTheUserSaysSo) {
+  const auto decided_by = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"table", scores_});
+    return RunJson(more)["comparisons"][0]["decided_by"]["metric"];
+  };
+  EXPECT_EQ(decided_by({}), "bad-2 all");
+  EXPECT_EQ(decided_by({"--decides", "log"}), "log all");
+  tree_.Text("scores/study.lock.yaml",
+             "study: s\npairs: 2\nvariants: [{name: default}, {name: narrow}]\ntrain: {}\n"
+             "evaluate: {decides: log}\n");
+  EXPECT_EQ(decided_by({}), "log all");
+  EXPECT_EQ(decided_by({"--decides", "shown"}), "bad-2 all");
 }
 
 TEST_F(EvaluateCommandTest, CommandsPredictThroughTheList) {

@@ -83,6 +83,26 @@ TEST(Machine, WhatAStudyNeedsAndIsNotHereIsSaidWithItsRemedy) {
               testing::ElementsAre(HasSubstr("machine.yaml: train.trainer: $PARALLAX_TRAINER: ")));
   setenv("PARALLAX_TRAINER", "/bin/true", 1);
   EXPECT_THAT(Missing(head + "train: {steps: 3}\n"), testing::IsEmpty());
+  setenv("PARALLAX_NETWORK", "/nowhere/network.pt", 1);
+  EXPECT_THAT(
+      Missing(head + "train: {start: network}\nevaluate: {looks: 1}\n"),
+      testing::ElementsAre(HasSubstr("machine.yaml:4: train.start: $PARALLAX_NETWORK: /nowhere")));
+  setenv("PARALLAX_NETWORK", "/bin/true", 1);
+  EXPECT_THAT(Missing(head + "train: {start: network}\n"), testing::IsEmpty());
+  unsetenv("PARALLAX_NETWORK");
+  const std::string trainers = testing::TempDir() + "trainers_" + std::to_string(getpid());
+  fs::create_directories(trainers);
+  std::ofstream(trainers + "/mine.yaml")
+      << "trainer: mine\nlayout: archive\ntrain: [/bin/true, '{seed}']\nprogress: json\n"
+         "leaves: {final: x}\npredict: [/bin/true]\n";
+  EXPECT_THAT(
+      Missing(head + "train: {trainer: mine, start: network}\nevaluate: {looks: 1}\n",
+              {.allow_trainers = "mine", .trainers_dir = trainers}),
+      testing::ElementsAre("machine.yaml:4: train.start: network, but trainer \"mine\" can't start "
+                           "from one: its file has no list `start`",
+                           "machine.yaml:5: evaluate.looks: 1, but trainer \"mine\" can't be told: "
+                           "its file has no list `looks`"));
+  fs::remove_all(trainers);
   const std::string gpu = head + "train:\n  needs: {gpus: 1}\n";
   EXPECT_THAT(Missing(gpu), testing::ElementsAre(HasSubstr(
                                 "machine.yaml:5: train.needs.gpus: 1, but this machine has no")));

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "common/base/system/file.h"
 #include "common/config/check/limits.h"
 #include "common/rpc/endpoint.h"
 #include "train_fixture.h"
@@ -423,6 +424,8 @@ TEST_F(TrainKindsTest, WhatDecidesANetworkIsInItsKeyAndNamesAreNot) {
       {"trainer", false, [](auto& s) { s.mutable_train()->set_trainer("other"); }},
       {"share", false, [&](auto& s) { mixture(s).set_share(0.5); }},
       {"mismatched", false, [&](auto& s) { mixture(s).set_mismatched(true); }},
+      {"share of mismatched pairs where none is", true,
+       [&](auto& s) { mixture(s).set_mismatched_share(1); }},
       {"checkpoints", false,
        [](auto& s) {
          s.mutable_evaluate()->add_benchmarks("shipped");
@@ -430,6 +433,81 @@ TEST_F(TrainKindsTest, WhatDecidesANetworkIsInItsKeyAndNamesAreNot) {
        }},
   };
   for (const auto& c : cases) EXPECT_EQ(prefix_of(c.change) == plain, c.same) << c.name;
+  std::set<std::string> by_share;
+  for (const double share : {0.1, 0.2, 1.0}) {
+    by_share.insert(prefix_of([&](auto& s) {
+      mixture(s).set_mismatched(true);
+      s.mutable_train()->mutable_mixtures(0)->set_mismatched_share(share);
+    }));
+  }
+  EXPECT_EQ(by_share.size(), 3u);
+  EXPECT_TRUE(by_share.contains(prefix_of([&](auto& s) { mixture(s).set_mismatched(true); })))
+      << "all of them without a share";
+}
+
+// The network's file is what counts, not its place.
+TEST_F(TrainKindsTest, AnotherNetworkToStartFromIsAnotherTraining) {
+  const auto write = [&](const std::string& name, const std::string& content) {
+    const std::string path = testing::TempDir() + "queue_" + std::to_string(getpid()) + name;
+    EXPECT_TRUE(WriteFile(path, content).ok());
+    return path;
+  };
+  const auto lease_with = [&](const std::string& network) {
+    static int number = 0;
+    setenv("PARALLAX_NETWORK", network.c_str(), 1);
+    v1::SubmitRequest request =
+        Request({.name = "n" + std::to_string(number++), .pairs = 2, .variants = {"wide"}});
+    request.mutable_study()->mutable_train()->set_start(network.empty() ? "scratch" : "network");
+    SubmitRequest(request);
+    MakePairs();
+    WorkerFacts worker = Trainer("n" + std::to_string(number));
+    if (!network.empty()) {
+      EXPECT_THAT(Lease(worker, 1), IsEmpty()) << "without the network";
+      worker.tags.push_back(NetworkTag(*Sha256HexOfFile(network)));
+    }
+    const v1::Lease lease = LeaseOne(worker);
+    EXPECT_TRUE(queue_->Cancel(StudyId{number}, "", "tester").ok());
+    return lease;
+  };
+  const v1::Lease scratch = lease_with(""), one = lease_with(write("a.pt", "1")),
+                  other = lease_with(write("b.pt", "2")), again = lease_with(write("c.pt", "1"));
+  EXPECT_EQ(TrainJobOf(scratch).start(), "");
+  EXPECT_EQ(TrainJobOf(one).start(), NetworkTag(Sha256Hex("1")));
+  EXPECT_NE(one.store_prefix(), scratch.store_prefix());
+  EXPECT_NE(one.store_prefix(), other.store_prefix());
+  EXPECT_EQ(one.store_prefix(), again.store_prefix());
+
+  setenv("PARALLAX_NETWORK", "/nowhere/network.pt", 1);
+  v1::SubmitRequest request = Request({.name = "lost", .pairs = 2, .variants = {"wide"}});
+  request.mutable_study()->mutable_train()->set_start("network");
+  ResolveTraining(request.mutable_study());
+  const absl::Status lost = queue_->Submit(request, "tester").status();
+  EXPECT_EQ(lost.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(lost.message()), HasSubstr("train.start: $PARALLAX_NETWORK: /nowhere"));
+  unsetenv("PARALLAX_NETWORK");
+}
+
+TEST_F(TrainKindsTest, TheNumberOfLooksIsInTheKeyOfNetworksScoresAlone) {
+  const auto states = [&](const std::string& name, int looks) {
+    v1::SubmitRequest request = Request({.name = name, .pairs = 2, .variants = {"wide"}});
+    v1::EvaluateSpec& evaluate = *request.mutable_study()->mutable_evaluate();
+    evaluate.add_benchmarks("shipped");
+    evaluate.add_baselines("sgbm");
+    if (looks > 0) evaluate.set_looks(looks);
+    return States(SubmitRequest(request), "evaluate");
+  };
+  states("first", 0);
+  MakePairs();
+  TrainAll();
+  for (const v1::Lease& lease : Lease(Evaluator("e"), 9)) {
+    EXPECT_EQ(EvaluateJobOf(lease).looks(), 0);
+    Complete(EvaluateAnswer(lease, "e"));
+  }
+  EXPECT_THAT(states("same", 2),
+              ElementsAre("sgbm on shipped: SUCCEEDED", "wide, seed 0 on shipped: SUCCEEDED"));
+  EXPECT_THAT(states("once", 1),
+              ElementsAre("sgbm on shipped: SUCCEEDED", "wide, seed 0 on shipped: READY"));
+  EXPECT_EQ(EvaluateJobOf(LeaseOne(Evaluator("e"))).looks(), 1);
 }
 
 TEST_F(TrainKindsTest, EqualTrainingsOfTwoStudiesAreDoneByOneWorkerAtATime) {

@@ -76,6 +76,25 @@ TEST(TrialScores, ATrialThatIsBetterIsFoundAndOthersAreWorseThanIt) {
   EXPECT_EQ(scores["default"].verdict, "not significant");
 }
 
+TEST(TrialScores, VerdictsMayBeByTheMeanLogErrorWhileTheObjectiveStays) {
+  std::vector<Evaluation> evaluations = Draw({.trials = 2, .training = 3}, 1);
+  for (Evaluation& one : evaluations) {
+    const int64_t far = one.run.variant == "trial-001" ? 400'000 : 700'000;  // Beyond 0.5 px.
+    for (Scores& image : one.images) {
+      image.regions["all"].bad[0] = far + 1000 * (one.run.seed.value() % 2);
+    }
+  }
+  auto shown = ScoresOf(evaluations, {.benchmarks = {"shipped"}});
+  auto by_log = ScoresOf(evaluations, {.benchmarks = {"shipped"}, .decide_by_log = true});
+  EXPECT_EQ(shown["trial-001"].verdict, "not significant");
+  EXPECT_EQ(by_log["trial-001"].verdict, "better");
+  EXPECT_EQ(by_log["trial-002"].verdict, "not significant");
+  for (auto& [name, score] : by_log) {
+    EXPECT_EQ(score.objective.value(), shown[name].objective.value()) << name;
+    EXPECT_EQ(score.difference.low(), shown[name].difference.low()) << name;
+  }
+}
+
 TEST(TrialScores, EqualTrialsAreHardlyEverCalledBetter) {
   int better = 0, all = 0;
   for (uint64_t draw = 1; draw <= 150; ++draw) {

@@ -237,6 +237,8 @@ TEST_F(CommandTest, CommandWithoutListIsRefused) {
 TEST(TrainerCommand, QuotesItsPaths) {
   EXPECT_EQ(TrainerPredictCommand("/opt/my tools/trainer", "it's.pt"),
             "'/opt/my tools/trainer' 'predict' '--checkpoint' 'it'\\''s.pt' '--list' {list}");
+  EXPECT_EQ(TrainerPredictCommand("t", "c", 3, 1),
+            "'t' 'predict' '--checkpoint' 'c' '--list' {list} '--threads' '3' '--looks' '1'");
 }
 
 }  // namespace

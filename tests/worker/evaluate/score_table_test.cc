@@ -62,6 +62,66 @@ TEST(Table, JsonHasRowsAndComparisonsWithTheAgreedNames) {
   EXPECT_EQ(narrow["more_seeds"], nullptr);
 }
 
+// `other` has as many pixels beyond 2 px as `default`, and fewer beyond 0.5 px.
+std::vector<Evaluation> StudyOfLogs() {
+  std::vector<Evaluation> all;
+  for (int64_t seed = 1; seed <= 3; ++seed) {
+    for (const std::string variant : {"default", "other"}) {
+      // Bad-2 jumps from seed to seed, whichever the variant.
+      const double jump = (variant == "other" ? 1.0 : -1.0) * (seed == 2 ? 2.0 : -1.0);
+      all.push_back(SyntheticEvaluation("real", variant, seed, {10 + jump, 14 + jump, 18 + jump}));
+      for (Scores& image : all.back().images) {
+        ErrorTally& tally = image.regions["all"];
+        tally.bad[0] = variant == "other" ? 300 : 600;
+        tally.bad[1] = variant == "other" ? 250 : 400;
+      }
+    }
+  }
+  return all;
+}
+
+TEST(Table, TheMeanLogErrorMayDecideWhileTheHeadlineIsShown) {
+  const auto shown = MakeTable(StudyOfLogs(), {});
+  const auto by_log = MakeTable(StudyOfLogs(), {.decide_by_log = true});
+  ASSERT_TRUE(shown.ok() && by_log.ok()) << shown.status() << by_log.status();
+  EXPECT_EQ(shown->comparisons[0].comparison.verdict, Verdict::kNotSignificant);
+  EXPECT_EQ(by_log->comparisons[0].comparison.verdict, Verdict::kBetter);
+  EXPECT_DOUBLE_EQ(by_log->rows[0].cells.at("real").headline.interval.value,
+                   shown->rows[0].cells.at("real").headline.interval.value);
+
+  const Json before = Json::parse(*FormatTable(*shown, "json"))["comparisons"][0];
+  const Json after = Json::parse(*FormatTable(*by_log, "json"))["comparisons"][0];
+  EXPECT_EQ(before["decided_by"]["metric"], "bad-2 all");
+  EXPECT_EQ(before["decided_by"]["difference"], before["difference"]);
+  for (const char* of_shown : {"metric", "difference", "low", "high"}) {
+    EXPECT_EQ(after[of_shown], before[of_shown]) << of_shown;
+  }
+  EXPECT_EQ(after["decided_by"]["metric"], "log all");
+  // By the trapezoids: 30 % of the pixels over half an octave, 15 % over one.
+  EXPECT_NEAR(after["decided_by"]["difference"], -0.5 * 0.3 - 0.15, 1e-9);
+  EXPECT_LT(after["decided_by"]["high"], 0);
+  EXPECT_EQ(after["verdict"], "better");
+  const std::string text = *FormatTable(*by_log, "text");
+  EXPECT_THAT(text, HasSubstr("better by 0.30 [0.09, 0.51] log all; shown +0.00"));
+  EXPECT_THAT(text, HasSubstr("note: Verdicts are by log, "));
+  EXPECT_THAT(text, HasSubstr("differences of log all from "));
+  EXPECT_THAT(*FormatTable(*shown, "text"), Not(HasSubstr("log all")));
+}
+
+TEST(Table, OneLookAndTwoAreNotCompared) {
+  std::vector<Evaluation> study = Study();
+  for (Evaluation& one : study) {
+    if (one.run.variant == "narrow") one.run.looks = 1;
+  }
+  const auto table = MakeTable(study, {});
+  EXPECT_EQ(table.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(Message(table.status()),
+              HasSubstr("variant narrow, trainer builtin, seed 1 and variant default, trainer "
+                        "builtin, seed 1 can't be compared: one has looked once"));
+  for (Evaluation& one : study) one.run.looks = one.run.trainer == "builtin" ? 1 : 0;
+  EXPECT_TRUE(MakeTable(study, {}).ok()) << "a classical method looks as it does";
+}
+
 // Twelve pairs of six sets, whose pairs have nearly the same errors.
 std::vector<Evaluation> StudyOfSets(int sets) {
   std::vector<Evaluation> all;

@@ -26,6 +26,9 @@ TEST(Scores, ReadBackAsWritten) {
   EXPECT_EQ(read->run.seed, 7);
   EXPECT_EQ(read->images[0].groups.at("class").at("Chair").pixels,
             evaluation.images[0].regions["all"].pixels);
+  EXPECT_THAT(text, testing::Not(HasSubstr("looks"))) << "as older versions wrote it";
+  evaluation.run.looks = 1;
+  EXPECT_EQ(DecodeEvaluation(EncodeEvaluation(evaluation))->run.looks, 1);
   evaluation.run.seed.reset();
   EXPECT_EQ(DecodeEvaluation(EncodeEvaluation(evaluation))->run.seed, std::nullopt);
 }

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include "common/base/ability_tags.h"
 #include "common/base/hash.h"
 #include "common/image/io.h"
 #include "tests/worker/jobs/job_fixture.h"
@@ -58,8 +59,31 @@ TEST_F(EvaluateJobTest, ANetworkIsScoredByItsTrainersCommand) {
   EXPECT_EQ(scores->images[0].groups.count("class"), 0u) << "not asked for";
   EXPECT_TRUE(std::filesystem::exists(dir_ + "/store/work/.attempt-2/sheet.png"));
 
+  EXPECT_EQ(scores->run.looks, 0) << "as many as it takes";
+  job.set_looks(1);
+  ASSERT_TRUE(Evaluate(job, 4).ok());
+  const auto once = ReadEvaluation(dir_ + "/store/work/.attempt-4/scores.jsonl");
+  EXPECT_EQ(once->run.looks, 1);
+  EXPECT_NE(once->images[0].regions, scores->images[0].regions) << "the trainer was told";
+
   job.mutable_checkpoint()->set_sha256(std::string(64, '0'));
   EXPECT_TRUE(absl::IsDataLoss(Evaluate(job, 3).status()));
+}
+
+TEST_F(EvaluateJobTest, ATrainerWithoutAWayToLookOnceSaysSo) {
+  std::ofstream(dir_ + "/trainers/mine.yaml")
+      << "trainer: mine\nlayout: archive\ntrain: [./train, '{seed}']\nprogress: json\n"
+         "leaves: {final: last.json}\npredict: [./predict, '{checkpoint}', '{list}']\n";
+  options_->trainers = *InstalledTrainers::Load({"mine"}, dir_ + "/trainers");
+  ASSERT_TRUE(store_->Put("net.json", "[1, 2]").ok());
+  v1::EvaluateJob job = JobOnHeldout();
+  job.set_trainer("mine");
+  job.set_checkpoint_path("net.json");
+  job.mutable_checkpoint()->set_size(6);
+  job.mutable_checkpoint()->set_sha256(Sha256Hex("[1, 2]"));
+  job.set_looks(1);
+  EXPECT_THAT(std::string(Evaluate(job, 1).status().message()),
+              HasSubstr("trainer mine can't be told the number of looks"));
 }
 
 TEST_F(EvaluateJobTest, APredictorThatFailsIsOneLineWithItsLogsEnd) {
@@ -168,9 +192,15 @@ TEST_F(PartOfABenchmarkTest, AResultTellsHowManyOfItsPairsAreMissing) {
 }
 
 TEST_F(PartOfABenchmarkTest, AWorkerTellsItsTrainersAndBenchmarksByTags) {
+  setenv("PARALLAX_NETWORK", "/nowhere/network.pt", 1);
   EXPECT_THAT(AbilityTagsOf(*options_), ElementsAre("trainer:script", "benchmark:eth3d"));
   options_->benchmarks_dir = "";
   EXPECT_THAT(AbilityTagsOf(*options_), ElementsAre("trainer:script"));
+  ASSERT_TRUE(WriteFile(dir_ + "/network.pt", "weights").ok());
+  setenv("PARALLAX_NETWORK", (dir_ + "/network.pt").c_str(), 1);
+  EXPECT_THAT(AbilityTagsOf(*options_),
+              ElementsAre("trainer:script", NetworkTag(Sha256Hex("weights"))));
+  unsetenv("PARALLAX_NETWORK");
 }
 
 TEST_F(EvaluateJobTest, NoJobReadsPathsOfThisMachine) {

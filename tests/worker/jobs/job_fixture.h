@@ -87,7 +87,8 @@ class JobTest : public FolderTest {
            "'{steps}',"
            " --every, '{checkpoint_every}']\n"
         << (resumes ? "resume: [--resume, '{resume}']\n" : "")
-        << "size: [--crop, '{width}x{height}']\n"
+        << "start: [--start, '{start}']\nlooks: [--looks, '{looks}']\n"
+           "size: [--crop, '{width}x{height}']\n"
            "environment: ["
         << environment
         << "]\nsteps: 6\nsteps_per_minute: 8\nprogress: json\nexits: {usage: 2}\n"

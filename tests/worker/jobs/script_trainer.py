@@ -59,7 +59,8 @@ def train(args):
     pause = float(os.environ.get("SCRIPT_PAUSE", "0"))
     if word != "half":  # It ends by itself, and is never at a checkpoint then.
         signal.signal(signal.SIGTERM, lambda *_: sys.exit(5))
-    state, first = f"{args.seed} {args.crop} {args.batch} {data_hash(args.data)}", 0
+    start = pathlib.Path(args.start).read_text() if args.start else ""
+    state, first = f"{args.seed} {args.crop} {args.batch} {start}{data_hash(args.data)}", 0
     if args.resume:
         first, state = json.loads(pathlib.Path(args.resume).read_text())
         print("resumed from", first)
@@ -80,8 +81,8 @@ def train(args):
 
 
 def predict(args):
-    """The same disparity everywhere: that of the network's first byte."""
-    value = int(json.loads(pathlib.Path(args.checkpoint).read_text())[1][:2], 16) / 16
+    """The same disparity everywhere: that of the network's first byte, and more for one look."""
+    value = int(json.loads(pathlib.Path(args.checkpoint).read_text())[1][:2], 16) / 16 + (args.looks == 1)
     for line in pathlib.Path(args.list).read_text().splitlines():
         left, _, output = line.split()
         width, height = struct.unpack(">II", pathlib.Path(left).read_bytes()[16:24])
@@ -101,8 +102,10 @@ sub.add_argument("--every", type=int)
 sub.add_argument("--resume")
 sub.add_argument("--crop")
 sub.add_argument("--batch")
+sub.add_argument("--start")
 sub = commands.add_parser("predict")
 sub.add_argument("--checkpoint")
 sub.add_argument("--list")
+sub.add_argument("--looks", type=int)
 arguments = parser.parse_args()
 train(arguments) if arguments.command == "train" else predict(arguments)

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/ability_tags.h"
 #include "common/base/hash.h"
 #include "tests/worker/jobs/job_fixture.h"
 #include "worker/agent/attempts/failure.h"
@@ -68,6 +69,42 @@ TEST_F(TrainJob, MinutesAreStepsAtTheTrainersRateAndSizesReachIt) {
   EXPECT_NE(FinalHash(ResultOf(Train(job, 2))), FinalHash(plain));
   job.set_batch(2);
   EXPECT_THAT(Message(Train(job, 3).status()), HasSubstr("can't be told the batch"));
+}
+
+TEST_F(TrainJob, BeginsWithTheTrainedNetworkOfWhichTheStudySaysTheHash) {
+  const std::string network = dir_ + "/network.pt";
+  ASSERT_TRUE(WriteFile(network, "weights").ok());
+  setenv("PARALLAX_NETWORK", network.c_str(), 1);
+  v1::TrainJob job = TrainJobOf();
+  const v1::TrainResult scratch = ResultOf(Train(job, 1));
+  EXPECT_EQ(Json::parse(TextOf("work/.attempt-1/training.json"))["start"], "scratch");
+  job.set_start(NetworkTag(Sha256Hex("weights")));
+  EXPECT_NE(FinalHash(ResultOf(Train(job, 2))), FinalHash(scratch));
+  EXPECT_EQ(Json::parse(TextOf("work/.attempt-2/training.json"))["start"], job.start());
+
+  ASSERT_TRUE(WriteFile(network, "others").ok());
+  const absl::Status other = Train(job, 3).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(other));
+  EXPECT_EQ(Message(other), network + " is " + NetworkTag(Sha256Hex("others")) +
+                                ", but the training begins with " + job.start());
+  setenv("PARALLAX_NETWORK", "/nowhere/network.pt", 1);
+  EXPECT_THAT(Message(Train(job, 4).status()), HasSubstr("$PARALLAX_NETWORK: /nowhere"));
+  unsetenv("PARALLAX_NETWORK");
+}
+
+TEST_F(TrainJob, ATrainerWithoutAWayToStartFromANetworkSaysSo) {
+  ASSERT_TRUE(WriteFile(dir_ + "/network.pt", "weights").ok());
+  setenv("PARALLAX_NETWORK", (dir_ + "/network.pt").c_str(), 1);
+  const std::string path = dir_ + "/trainers/script.yaml";
+  std::string text = *ReadFile(path);
+  text.erase(text.find("start:"), text.find("looks:") - text.find("start:"));
+  ASSERT_TRUE(WriteFile(path, text).ok());
+  options_->trainers = *InstalledTrainers::Load(allowed_, dir_ + "/trainers");
+  v1::TrainJob job = TrainJobOf();
+  job.set_start(NetworkTag(Sha256Hex("weights")));
+  EXPECT_THAT(Message(Train(job, 1).status()),
+              HasSubstr("trainer script can't be told the network to start from"));
+  unsetenv("PARALLAX_NETWORK");
 }
 
 // Killed after any step, with the newest checkpoint damaged, on a machine that sees the store or

@@ -125,6 +125,44 @@ TEST(Trainer, KilledAndResumedEndsInTheSameBytes) {
   EXPECT_NE(other.err.find("it has batch: 2, but 1 is wanted"), std::string::npos) << other.err;
 }
 
+// Weights of another run, and nothing else of it.
+TEST(Trainer, BeginsWithTheWeightsOfAnotherRunAndSaysWhich) {
+  const std::string first = FreshDir("first"), warm = FreshDir("warm"), again = FreshDir("again");
+  ASSERT_EQ(Shell(TrainLine(first, kSmall + "--steps 4")).exit, 0);
+  const std::string start = " --start " + first + "/final.pt ";
+  // No step changes them before the first.
+  ASSERT_EQ(Shell(TrainLine(warm, kSmall + "--steps 1 --learning-rate 0" + start)).exit, 0);
+  const StereoNetwork network;
+  const auto trained = ReadCheckpoint(first + "/final.pt", network);
+  const auto unchanged = ReadCheckpoint(warm + "/final.pt", network);
+  ASSERT_TRUE(trained.ok() && unchanged.ok()) << trained.status() << unchanged.status();
+  EXPECT_TRUE(torch::equal(unchanged->state.weights, trained->state.average));
+  EXPECT_FALSE(torch::equal(trained->state.weights, trained->state.average));
+
+  const auto card_of = [](const std::string& dir) {
+    return Json::parse(*ReadFile(dir + "/train.json"));
+  };
+  EXPECT_EQ(card_of(warm)["start_sha256"], HashOf(first + "/final.pt"));
+  EXPECT_TRUE(card_of(first)["start_sha256"].is_null());
+  ASSERT_EQ(Shell(TrainLine(warm, kSmall + "--steps 6" + start)).exit, 0);
+  EXPECT_EQ(card_of(warm)["settings"]["learning_rate"], kStartedLearningRate);
+  EXPECT_EQ(card_of(first)["settings"]["learning_rate"], TrainSettings().learning_rate);
+
+  // A resumed run has the same bytes; with other weights it is another run.
+  const std::string resume = "--resume " + warm + "/checkpoint-000003.pt";
+  ASSERT_EQ(Shell(TrainLine(again, kSmall + "--steps 6" + start + resume)).exit, 0);
+  EXPECT_EQ(HashOf(again + "/final.pt"), HashOf(warm + "/final.pt"));
+  const Outcome scratch =
+      Shell(TrainLine(again, kSmall + "--steps 6 --learning-rate 3e-4 " + resume));
+  EXPECT_EQ(scratch.exit, 1);
+  EXPECT_NE(scratch.err.find("it has start: \"" + HashOf(first + "/final.pt") + "\", but null"),
+            std::string::npos)
+      << scratch.err;
+  const Outcome none = Shell(TrainLine(again, kSmall + "--steps 6 --start /nowhere.pt"));
+  EXPECT_EQ(none.exit, 1);
+  EXPECT_NE(none.err.find("/nowhere.pt"), std::string::npos) << none.err;
+}
+
 TEST(Trainer, StopsOnSigtermWithACheckpoint) {
   const std::string dir = FreshDir("stopped"), err = dir + ".stderr";
   const std::string line =
@@ -266,6 +304,8 @@ TEST(Training, OverfitsAFewPairsAndPredictsThem) {
   ASSERT_TRUE(pair.ok()) << pair.status();
   EXPECT_NE(*predictor->Predict(pair->left.image, pair->right.image, {}),
             *Predictor::Load(scaled)->Predict(pair->left.image, pair->right.image, {}));
+  EXPECT_EQ(*predictor->Predict(pair->left.image, pair->right.image, {}),
+            *Predictor::Load(scaled)->Predict(pair->left.image, pair->right.image, {.looks = 1}));
 }
 
 }  // namespace

@@ -158,10 +158,11 @@ std::string CommandOfWords(const std::vector<std::string>& words) {
 }
 
 std::string TrainerPredictCommand(const std::string& trainer_program, const std::string& checkpoint,
-                                  int threads) {
+                                  int threads, int looks) {
   std::vector<std::string> words = {trainer_program, "predict", "--checkpoint",
                                     checkpoint,      "--list",  std::string(kPlaceholder)};
   if (threads > 0) words.insert(words.end(), {"--threads", std::to_string(threads)});
+  if (looks > 0) words.insert(words.end(), {"--looks", std::to_string(looks)});
   return CommandOfWords(words);
 }
 

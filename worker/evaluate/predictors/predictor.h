@@ -70,8 +70,8 @@ std::unique_ptr<Predictor> MakeFolderPredictor(std::string dir);
 std::string CommandOfWords(const std::vector<std::string>& words);
 
 // Returns the command with which the built-in program `trainer` predicts from a checkpoint.
-// `threads` 0: its own choice.
+// `threads` and `looks` 0: its own choice.
 std::string TrainerPredictCommand(const std::string& trainer_program, const std::string& checkpoint,
-                                  int threads = 0);
+                                  int threads = 0, int looks = 0);
 
 }  // namespace parallax

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <optional>
 #include <set>
 
@@ -67,6 +68,24 @@ absl::Status Linked(const std::string& from, const std::string& to, bool from_st
   return error ? ErrnoError(error.value(), "copy " + to) : absl::OkStatus();
 }
 
+// Returns a `share` of 0 to `count` - 1, at least one if it is above 0. Multiples of the golden
+// ratio, taken to 0 to 1, lie about evenly however many are taken; so do the numbers whose
+// multiples are the least, and a larger share only adds to them.
+std::set<size_t> SpreadOver(size_t count, double share) {
+  if (share <= 0) return {};
+  std::vector<std::pair<double, size_t>> ranked;
+  for (size_t i = 0; i < count; ++i) {
+    const double multiple = static_cast<double>(i) * std::numbers::phi;
+    ranked.emplace_back(multiple - std::floor(multiple), i);
+  }
+  std::sort(ranked.begin(), ranked.end());
+  const auto wanted = std::lround(share * static_cast<double>(count));
+  ranked.resize(std::clamp<size_t>(static_cast<size_t>(wanted), 1, count));
+  std::set<size_t> chosen;
+  for (const auto& [multiple, i] : ranked) chosen.insert(i);
+  return chosen;
+}
+
 // One call of BringFrames.
 class Bringer {
  public:
@@ -90,13 +109,16 @@ class Bringer {
     if (passing.empty()) {
       return Refuse(fmt::format("no pair is left of {}: filters turn all down", facts_.left_out));
     }
-    if (options_.mismatched && passing.size() < 2) return Refuse("one pair can't be mismatched");
+    if (options_.mismatched > 0 && passing.size() < 2) {
+      return Refuse("one pair can't be mismatched");
+    }
+    const std::set<size_t> mismatched = SpreadOver(passing.size(), options_.mismatched);
     std::string index;
     for (size_t i = 0; i < passing.size(); ++i) {
       if (options_.cancel.cancelled()) return Cancelled("while frames were brought");
       // Half the list away is a pair of another scene, unless there is only one scene.
       const size_t other = (i + std::max<size_t>(1, passing.size() / 2)) % passing.size();
-      RETURN_IF_ERROR(Place(passing[i], options_.mismatched ? &passing[other] : nullptr));
+      RETURN_IF_ERROR(Place(passing[i], mismatched.contains(i) ? &passing[other] : nullptr));
       ASSIGN_OR_RETURN(const IndexLine line, MakeIndexLine(passing[i], filters_));
       index += line.text + "\n";
       Count(passing[i]);
@@ -104,6 +126,7 @@ class Bringer {
     }
     RETURN_IF_ERROR(WriteFile(dir_ + "/index.jsonl", index));
     facts_.pairs = static_cast<int64_t>(passing.size());
+    facts_.mismatched = static_cast<int64_t>(mismatched.size());
     facts_.sha256 = HexOf(hash_.Finish());
     const Json card = {
         {"variant", set_.variant()}, {"pairs", facts_.pairs}, {"pairs_wanted", facts_.pairs}};

@@ -26,8 +26,10 @@ struct FrameFolderOptions {
   // Files wanted of each frame; maps that were not rendered are left out.
   std::vector<std::string> files;
   double share = 1;  // Share of the passing frames, from the first on; at least one.
-  // A control experiment: each pair gets the right image of the pair half the set away.
-  bool mismatched = false;
+  // A control experiment: this share of the pairs, spread evenly and at least one if above 0, get
+  // the right image of the pair half the set away. The pairs of a share are among those of each
+  // larger one.
+  double mismatched = 0;
   // For a curated set: each frame's share of pixels that networks miss. Frames above
   // filters.max_ambiguous_share are rejected too. Null: the set is not curated.
   const std::map<FrameId, double>* ambiguous_shares = nullptr;
@@ -37,9 +39,10 @@ struct FrameFolderOptions {
 
 // A summary of the folder.
 struct FrameFolderFacts {
-  int64_t pairs = 0;     // In the folder.
-  int64_t left_out = 0;  // Turned down by filters.
-  std::string sha256;    // Over names and contents, lower-case hex.
+  int64_t pairs = 0;       // In the folder.
+  int64_t left_out = 0;    // Turned down by filters.
+  int64_t mismatched = 0;  // In the folder, with the right image of another pair.
+  std::string sha256;      // Over names and contents, lower-case hex.
 };
 
 // Writes `dir`/index.jsonl, dataset.json and frames/<scene>/<rig>/. Files are hard links if

@@ -38,8 +38,16 @@ absl::StatusOr<std::unique_ptr<Predictor>> OpenStoredNetwork(const StoredNetwork
                    {"device", contract.gpus > 0 ? "cuda" : "cpu"},
                    {"threads", std::to_string(threads)},
                    {"out", dir},
-                   {"repository", trainer.repository}};
-  ASSIGN_OR_RETURN(std::vector<std::string> words, CommandToRun(contract.predict, values));
+                   {"repository", trainer.repository},
+                   {"looks", std::to_string(network.looks)}};
+  std::vector<std::string> command = contract.predict;
+  if (network.looks > 0) {
+    if (contract.looks.empty()) {
+      return Unimplemented("trainer {} can't be told the number of looks", network.trainer);
+    }
+    command.insert(command.end(), contract.looks.begin(), contract.looks.end());
+  }
+  ASSIGN_OR_RETURN(std::vector<std::string> words, CommandToRun(command, values));
   if (!contract.environment.empty()) {
     words.insert(words.begin(), contract.environment.begin(), contract.environment.end());
     words.insert(words.begin(), "env");

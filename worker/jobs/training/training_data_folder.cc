@@ -40,11 +40,9 @@ class Maker {
       : job_(job), contract_(contract), options_(options), cache_(options.cache) {}
 
   absl::StatusOr<TrainingDataFolder> Make() {
-    data_.facts = {{"layout", contract_.layout},
-                   {"share", job_.share()},
-                   {"mismatched", job_.mismatched()},
-                   {"curated", job_.curated()},
-                   {"parts", Json::array()}};
+    data_.facts = {{"layout", contract_.layout},      {"share", job_.share()},
+                   {"mismatched", job_.mismatched()}, {"mismatched_share", MismatchedShare()},
+                   {"curated", job_.curated()},       {"parts", Json::array()}};
     if (job_.curated()) RETURN_IF_ERROR(ScoreParts());
     if (contract_.layout == "archive") {
       RETURN_IF_ERROR(MakeArchives());
@@ -148,7 +146,7 @@ class Maker {
     FrameFolderOptions bring;
     bring.files = FilesForTraining();
     bring.share = job_.share() > 0 ? job_.share() : 1;
-    bring.mismatched = job_.mismatched();
+    bring.mismatched = MismatchedShare();
     if (job_.curated()) bring.ambiguous_shares = &shares_[static_cast<size_t>(part)];
     bring.cancel = options_.cancel;
     const double parts = job_.parts_size();
@@ -158,12 +156,18 @@ class Maker {
     return BringFrames(job_.parts(part), *options_.store, cache_, dir, bring);
   }
 
+  double MismatchedShare() const {
+    if (!job_.mismatched()) return 0;
+    return job_.mismatched_share() > 0 ? job_.mismatched_share() : 1;
+  }
+
   void Note(const v1::FrameSet& part, const FrameFolderFacts& facts, int times) {
     data_.pairs += facts.pairs;
     data_.facts["parts"].push_back({{"variant", part.variant()},
                                     {"weight", WeightOf(part)},
                                     {"pairs", facts.pairs},
                                     {"left_out_by_filters", facts.left_out},
+                                    {"mismatched_pairs", facts.mismatched},
                                     {"repeated", times},
                                     {"sha256", facts.sha256}});
   }

@@ -111,7 +111,8 @@ class Training {
         {"checkpoint_every", std::to_string(CheckpointEvery(plan_.steps, plan_.checkpoints))},
         {"width", std::to_string(plan_.width_px)},
         {"height", std::to_string(plan_.height_px)},
-        {"batch", std::to_string(plan_.batch)}};
+        {"batch", std::to_string(plan_.batch)},
+        {"start", plan_.start}};
     if (resume_) values.values["resume"] = resume_->path;
     return values;
   }
@@ -131,6 +132,8 @@ class Training {
       RETURN_IF_ERROR(Add(contract_.size, "size of crops", command));
     }
     if (plan_.batch > 0) RETURN_IF_ERROR(Add(contract_.batch, "batch", command));
+    if (!plan_.start.empty())
+      RETURN_IF_ERROR(Add(contract_.start, "network to start from", command));
     if (resume_) RETURN_IF_ERROR(Add(contract_.resume, "checkpoint to go on from", command));
     return CommandToRun(command, Values());
   }

@@ -22,6 +22,7 @@ namespace parallax {
 struct TrainingPlan {
   InstalledTrainer trainer;
   uint64_t seed = 0;
+  std::string start;  // A checkpoint whose weights it begins with; empty: drawn by the seed.
   int64_t steps = 0;  // > 0.
   int threads = 1;
   int width_px = 0, height_px = 0, batch = 0;             // 0: the trainer's own.

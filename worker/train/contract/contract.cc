@@ -21,6 +21,8 @@ const std::set<std::string> kTrainNames = {"data",   "weight",     "out",
                                            "device", "repository", "checkpoint_every"};
 const std::set<std::string> kSizeNames = {"width", "height"};
 const std::set<std::string> kBatchNames = {"batch"};
+const std::set<std::string> kStartNames = {"start"};
+const std::set<std::string> kLooksNames = {"looks"};
 const std::set<std::string> kResumeNames = {"resume", "out", "repository"};
 const std::set<std::string> kDirectoryNames = {"out", "repository"};
 const std::set<std::string> kLinkNames = {"out", "data", "repository"};
@@ -140,10 +142,10 @@ absl::StatusOr<TrainerContract> ParseTrainerContract(std::string_view yaml,
   if (!root.IsMap()) {
     return InvalidArgument("{}: must be a map with \"trainer\", \"train\"...", file);
   }
-  reader.CheckKeys(
-      root, "the trainer",
-      {"trainer", "layout", "directory", "links", "train", "resume", "size", "batch", "environment",
-       "steps", "steps_per_minute", "progress", "leaves", "exits", "predict", "needs"});
+  reader.CheckKeys(root, "the trainer",
+                   {"trainer", "layout", "directory", "links", "train", "resume", "size", "batch",
+                    "start", "environment", "steps", "steps_per_minute", "progress", "leaves",
+                    "exits", "predict", "looks", "needs"});
   contract.name = reader.Text(root, "trainer", true);
   contract.layout = reader.Text(root, "layout", true);
   if (!contract.layout.empty() &&
@@ -162,6 +164,10 @@ absl::StatusOr<TrainerContract> ParseTrainerContract(std::string_view yaml,
   reader.CheckPlaceholders(root["size"], contract.size, kSizeNames);
   contract.batch = reader.Texts(root, "batch", false);
   reader.CheckPlaceholders(root["batch"], contract.batch, kBatchNames);
+  contract.start = reader.Texts(root, "start", false);
+  reader.CheckPlaceholders(root["start"], contract.start, kStartNames);
+  contract.looks = reader.Texts(root, "looks", false);
+  reader.CheckPlaceholders(root["looks"], contract.looks, kLooksNames);
   contract.environment = reader.Texts(root, "environment", false);
   contract.default_steps = reader.Count(root, "steps");
   contract.steps_per_minute = reader.Number(root, "steps_per_minute");

@@ -12,8 +12,12 @@
 //                 `checkpoint_every` divides the steps at which checkpoints are kept
 //   {resume}      the checkpoint to go on from (`resume` only)
 //   {width} {height} {batch}   (`size` and `batch` only, which are appended if the study sets them)
+//   {start}       a checkpoint of the built-in trainer whose weights the training begins with
+//                 (`start` only, which is appended if the study says `start: network`)
 //   {checkpoint} {list}        of `predict`: the trained checkpoint; lines "left right output.pfm",
 //                 split at blanks: none of these paths has one, wherever the worker's folders lie
+//   {looks}       how often the network looks at a pair (`looks` only, which is appended to
+//                 `predict` if the study wants fewer than it takes by itself)
 //   {repository}  the folder of the trainer's own code on the worker; see installed_trainers.h
 //
 // `predict` is a command, or the format of the final checkpoint, torchscript or onnx, if that is a
@@ -48,6 +52,7 @@ struct TrainerContract {
   std::vector<std::string> resume;  // Appended when there is a checkpoint; empty: it cannot resume.
   std::vector<std::string> size;    // Appended when the study names the size of crops.
   std::vector<std::string> batch;   // Appended when the study names the number of crops in a step.
+  std::vector<std::string> start;   // Appended when the study starts from a trained network.
   std::vector<std::string> environment;  // "NAME=value" for its commands.
   int64_t default_steps = 0;             // 0: the study must say.
   // Steps that one of a study's `minutes` stands for, on any machine. 0: studies must name steps.
@@ -64,6 +69,7 @@ struct TrainerContract {
   // "usage" for settings or data that are as wrong at the next try.
   std::map<std::string, int> exits;
   std::vector<std::string> predict;  // The command that predicts the pairs of {list}.
+  std::vector<std::string> looks;    // Appended to it when the study names the number of looks.
   // GPUs that it needs, for {device}. Which workers get its jobs says the study, by `needs`.
   int gpus = 0;
 };

@@ -77,5 +77,27 @@ TEST_F(InstallationTest, AProgramIsFoundByItsVariableOrBesideThisOne) {
   unsetenv("PARALLAX_NONE");
 }
 
+TEST_F(InstallationTest, TheTrainedNetworkIsFoundByItsVariableOrBesideThePrograms) {
+  const std::string beside = ThisInstallation().programs + "/network.pt";
+  unsetenv("PARALLAX_NETWORK");
+  const auto installed = FindNetwork();
+  if (access(beside.c_str(), R_OK) == 0) {
+    EXPECT_EQ(installed.value_or(""), beside);
+  } else {
+    EXPECT_EQ(installed.status().code(), absl::StatusCode::kNotFound);
+    EXPECT_THAT(
+        std::string(installed.status().message()),
+        AllOf(HasSubstr("no " + beside), HasSubstr("in a source tree that has configs/networks"),
+              HasSubstr("in $PARALLAX_NETWORK")));
+  }
+  ASSERT_TRUE(WriteFile(dir_ + "/mine.pt", "weights").ok());
+  setenv("PARALLAX_NETWORK", (dir_ + "/mine.pt").c_str(), 1);
+  EXPECT_EQ(FindNetwork().value_or(""), dir_ + "/mine.pt");
+  setenv("PARALLAX_NETWORK", "/nowhere/net.pt", 1);
+  EXPECT_THAT(std::string(FindNetwork().status().message()),
+              HasSubstr("$PARALLAX_NETWORK: /nowhere/net.pt"));
+  unsetenv("PARALLAX_NETWORK");
+}
+
 }  // namespace
 }  // namespace parallax

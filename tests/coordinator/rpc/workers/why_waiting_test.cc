@@ -65,6 +65,13 @@ std::vector<Row> Rows() {
        "trainer",
        "no connected worker for train jobs has the trainer raftstereo (worker --allow-trainers "
        "raftstereo)"},
+      {"no network",
+       Jobs("train", {"network:12ab"}),
+       {},
+       {Free({"train"}, {"network:34cd"})},
+       "tag",
+       "no connected worker for train jobs has the network with the SHA-256 12ab (the "
+       "coordinator's version of Parallax, or $PARALLAX_NETWORK)"},
       {"its trainer is with a worker that does not train",
        train,
        {},

@@ -1,7 +1,9 @@
 #include "worker/jobs/files/frame_folder.h"
 
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <set>
 
 #include "common/base/system/file.h"
@@ -51,8 +53,9 @@ TEST_F(FrameFolderTest, AShareIsTheFirstPairs) {
 }
 
 TEST_F(FrameFolderTest, MismatchedPairsHaveTheRightImageOfAnotherScene) {
-  const auto facts = Bring("mixed", {.mismatched = true});
+  const auto facts = Bring("mixed", {.mismatched = 1});
   ASSERT_TRUE(facts.ok()) << facts.status();
+  EXPECT_EQ(facts->mismatched, 7);
   ASSERT_TRUE(Bring("plain", {}).ok());
   const auto mixed = FramesIn("mixed"), plain = FramesIn("plain");
   ASSERT_EQ(mixed.size(), plain.size());
@@ -62,8 +65,87 @@ TEST_F(FrameFolderTest, MismatchedPairsHaveTheRightImageOfAnotherScene) {
     EXPECT_EQ(mixed[i].files.at("right.png"), other.files.at("right.png"));
     EXPECT_NE(other.scene, plain[i].scene);
   }
-  EXPECT_THAT(std::string(Bring("lone", {.share = 0.01, .mismatched = true}).status().message()),
+  EXPECT_THAT(std::string(Bring("lone", {.share = 0.01, .mismatched = 1}).status().message()),
               HasSubstr("can't be mismatched"));
+}
+
+class TwentyPairsTest : public FrameFolderTest {
+ protected:
+  static constexpr int kPairs = 20;
+
+  void SetUp() override {
+    MakeSyntheticArchive(dir_ + "/archive", {.variants = {"t"}, .scenes = kPairs, .rigs = 1});
+    std::filesystem::copy(dir_ + "/archive/t/frames", dir_ + "/store",
+                          std::filesystem::copy_options::recursive);
+    auto store = OpenStore(dir_ + "/store");
+    ASSERT_TRUE(store.ok()) << store.status();
+    store_ = *std::move(store);
+    job_.add_parts()->set_variant("t");
+    for (uint32_t scene = 0; scene < kPairs; ++scene) {
+      v1::FrameFolder& folder = *job_.mutable_parts(0)->add_folders();
+      folder.set_folder(fmt::format("{:06}", scene));
+      folder.set_scene(scene);
+      folder.add_rigs(0);
+      // Synthetic scenes look alike.
+      ASSERT_TRUE(WritePng(dir_ + "/store/" + folder.folder() + "/000/right.png",
+                           ImageRgb8(96, 54, static_cast<uint8_t>(scene)))
+                      .ok());
+    }
+  }
+
+  TrainingDataFolder Make(const std::string& name, double share) {
+    job_.set_mismatched(share > 0);
+    job_.set_mismatched_share(share);
+    TrainerContract contract;
+    contract.layout = "archive";
+    auto data = MakeTrainingData(job_, contract, {.store = store_.get(), .dir = dir_ + "/" + name});
+    EXPECT_TRUE(data.ok()) << data.status();
+    return data.ok() ? *std::move(data) : TrainingDataFolder();
+  }
+
+  // Scenes of the folder whose right image is not their own.
+  std::set<uint32_t> ForeignIn(const std::string& name) const {
+    std::set<uint32_t> scenes;
+    const auto own = ReadDataset(dir_ + "/plain/0")->variants.at(0).frames;
+    const auto frames = ReadDataset(dir_ + "/" + name + "/0")->variants.at(0).frames;
+    for (size_t i = 0; i < frames.size(); ++i) {
+      if (frames[i].files.at("right.png") != own[i].files.at("right.png")) {
+        scenes.insert(frames[i].scene);
+      }
+    }
+    return scenes;
+  }
+
+  v1::TrainJob job_;
+};
+
+TEST_F(TwentyPairsTest, AShareOfMismatchedPairsIsSpreadAndPartOfEachLargerOne) {
+  const TrainingDataFolder plain = Make("plain", 0);
+  EXPECT_EQ(plain.facts["mismatched_share"], 0);
+  std::set<uint32_t> smaller;
+  std::set<std::string> hashes;
+  for (const auto& [share, pairs] :
+       {std::pair(0.01, 1u), {0.1, 2u}, {0.25, 5u}, {0.5, 10u}, {0.9, 18u}, {1.0, 20u}}) {
+    SCOPED_TRACE(share);
+    const std::string name = fmt::format("share-{}", pairs);
+    const TrainingDataFolder data = Make(name, share);
+    EXPECT_EQ(data.pairs, kPairs) << "the others keep their right images";
+    EXPECT_EQ(data.facts["mismatched_share"], share);
+    EXPECT_EQ(data.facts["parts"][0]["mismatched_pairs"], pairs);
+    hashes.insert(data.facts["parts"][0]["sha256"]);
+    const std::set<uint32_t> foreign = ForeignIn(name);
+    EXPECT_EQ(foreign.size(), pairs);
+    EXPECT_TRUE(std::includes(foreign.begin(), foreign.end(), smaller.begin(), smaller.end()));
+    if (pairs == 10) {
+      for (uint32_t from = 0; from < kPairs; from += 5) {
+        const auto in_five =
+            std::distance(foreign.lower_bound(from), foreign.lower_bound(from + 5));
+        EXPECT_GE(in_five, 2) << "from scene " << from;
+      }
+    }
+    smaller = foreign;
+  }
+  EXPECT_EQ(hashes.size(), 6u);
 }
 
 TEST_F(FrameFolderTest, FramesThatNetworksMissAreTurnedDownWhereSharesAreGiven) {
@@ -125,7 +207,7 @@ TEST_F(FrameFolderTest, ASensorsPicturesAreThoseThatAnArchiveGets) {
   const auto far = BringFrames(set, distant, cache, dir_ + "/far/a", options);
   ASSERT_TRUE(far.ok()) << far.status();
   EXPECT_EQ(far->sha256, facts->sha256);
-  options.mismatched = true;
+  options.mismatched = 1;
   ASSERT_TRUE(BringFrames(set, *store_, cache, dir_ + "/mixed/a", options).ok());
   const auto mixed = FramesIn("mixed"), near = FramesIn("near");
   EXPECT_EQ(mixed[0].files.at("right.png"), near[3].files.at("right.png"));

@@ -29,6 +29,8 @@ predict: [./predict, "{checkpoint}", "{list}"]
 needs: {gpus: 2}
 size: [--size, "{width},{height}"]
 batch: ["-b{batch}"]
+start: [--init, "{start}"]
+looks: ["--looks={looks}"]
 environment: [A=1]
 steps_per_minute: 2.5
 exits: {not_finite: 9}
@@ -70,6 +72,9 @@ TEST(TrainerContract, ReadsFieldsAndExpandsCommands) {
   EXPECT_EQ(contract->steps_per_minute, 2.5);
   EXPECT_EQ(contract->exits.at("not_finite"), 9);
   EXPECT_THAT(contract->environment, ElementsAre("A=1"));
+  EXPECT_THAT(*ExpandCommand(contract->start, {{{"start", "/n.pt"}}, {}}),
+              ElementsAre("--init", "/n.pt"));
+  EXPECT_THAT(*ExpandCommand(contract->looks, {{{"looks", "1"}}, {}}), ElementsAre("--looks=1"));
   EXPECT_THAT(*ExpandCommand(contract->size, {{{"width", "64"}, {"height", "32"}}, {}}),
               ElementsAre("--size", "64,32"));
   CommandValues values{{{"out", "/o"}, {"seed", "7"}}, {{"/d1", "0.5"}, {"/d {seed}", "2"}}};

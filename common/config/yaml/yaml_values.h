@@ -56,6 +56,8 @@ class YamlValues {
  private:
   const std::string file_;
   ConfigErrors& errors_;
+  // Values that are empty, with their keys: yaml-cpp gives them the place of what comes after them.
+  std::vector<std::pair<YAML::Node, YAML::Node>> empty_;
 };
 
 }  // namespace parallax::config_internal

@@ -126,6 +126,8 @@ TEST(SearchStudyTest, WhatIsWrongIsNamedByFileLineAndField) {
        "6: search.space.floating.count.range: a list of 1, allowed is [low, high]"},
       {"{space: {floating.count: {range: [a, 4]}}}",
        "6: search.space.floating.count.range[0]: a is not a number, allowed a number"},
+      {"{space: {floating.count: {range: [4, b]}}}",
+       "6: search.space.floating.count.range[1]: b is not a number, allowed a number"},
       {"{space: {floating.count: {range: [4, 4]}}}",
        "6: search.space.floating.count.range: [4, 4], allowed is [low, high] with low < high"},
       {"{space: {floating.count: {range: [0.5, 4]}}}",

@@ -46,6 +46,9 @@ TO_TRAIN, TO_SEE = (416, 234), (208, 117)  # The built-in trainer's crops are of
 # A network of two steps misses nearly all pixels, and `curate` would leave no pair.
 SHORTER_TRAINING = [(r"--steps \d+", "--steps 2"), (r"--max-share \S+", "--max-share 0.999")]
 SHORTER_STUDIES = [(r"\bsteps: \d+", "steps: 2"), (r"\bseeds: \d+", "seeds: 1"), (r"\bheldout_pairs: \d+", "heldout_pairs: 1")]
+# Two trials, by pairs as the built-in trainer can take them.
+SHORTER_SEARCHES = [(r"\bpairs: \d+", "pairs: 4"), (r"\bcount: \d+", "count: 2, width_px: 416, height_px: 234"),
+                    (r"\n  space:", "\n  trials: 2\n  space:")]
 # Starts LINE in the background; waits until a coordinator listens. Another coordinator takes the place of the first.
 BACKGROUND = """
 background() {
@@ -132,6 +135,15 @@ def short_commands(text, size):
     return "\n".join(lines) + "\n"
 
 
+def shipped_pair(bin_dir):
+    """The real pair of a package or of a clone, as a line of a list."""
+    packed = "share/parallax/benchmarks/shipped"
+    found = [*bin_dir.parent.glob(f"lib/python*/site-packages/parallax_stereo/{packed}"), bin_dir.parent / packed,
+             Path("/opt/parallax/benchmarks/shipped")]
+    folder = next(folder for folder in found if folder.is_dir())
+    return " ".join(f'"{folder}/motorcycle_{name}"' for name in ("left.png", "right.png", "disp.npy"))
+
+
 class Page:
     """A folder in which the fences of a page run, with the ports of its farm."""
 
@@ -141,6 +153,8 @@ class Page:
         self.environment = {**os.environ, "PATH": f"{bin_dir}:{os.environ['PATH']}", "PYTHONDONTWRITEBYTECODE": "1",
                             "PARALLAX_TEST_PORT": str(self.ports[0]), "PARALLAX_COORDINATOR": f"127.0.0.1:{self.ports[0]}",
                             "PARALLAX_STORE": str(store)}
+        # Whoever has a camera has a list of its pairs.
+        (self.folder / "pairs.txt").write_text(shipped_pair(bin_dir) + "\n")
         if dist:
             (self.folder / "dist").symlink_to(dist)
         if tree:
@@ -158,7 +172,8 @@ class Page:
     def write(self, fence):
         name = fence.attributes.get("file", "study-of-page.yaml")
         text = "study: fragment\nbase: indoor\npairs: 4\n" + fence.text if fence.text.startswith("variants:") else fence.text
-        (self.folder / name).write_text(replace_all(SHORTER_STUDIES, text))
+        shorter = SHORTER_STUDIES + (SHORTER_SEARCHES if "\nsearch:" in text else [])
+        (self.folder / name).write_text(replace_all(shorter, text))
         return name
 
     def run(self, fence):

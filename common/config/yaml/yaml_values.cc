@@ -46,8 +46,8 @@ std::optional<double> PlainNumber(const YAML::Node& node) {
 
 Origin YamlValues::OriginOf(const YAML::Node& node, std::string_view path) const {
   YAML::Mark mark = node.Mark();
-  for (const auto& [value, key] : empty_) {
-    if (value.is(node)) mark = key.Mark();
+  if (node.IsNull()) {
+    if (const auto key = keys_.find(mark.pos); key != keys_.end()) mark = key->second;
   }
   return {file_, mark.is_null() ? 0 : mark.line + 1, std::string(path)};
 }
@@ -73,7 +73,7 @@ std::vector<std::pair<std::string, YAML::Node>> YamlValues::Entries(const YAML::
     if (!names.insert(name).second) {
       Error(entry.first, Dotted(path, name), "stands twice, allowed is once");
     }
-    if (entry.second.IsNull()) empty_.emplace_back(entry.second, entry.first);
+    if (entry.second.IsNull()) keys_[entry.second.Mark().pos] = entry.first.Mark();
     entries.emplace_back(name, entry.second);
   }
   return entries;

@@ -6,6 +6,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -56,8 +57,8 @@ class YamlValues {
  private:
   const std::string file_;
   ConfigErrors& errors_;
-  // Values that are empty, with their keys: yaml-cpp gives them the place of what comes after them.
-  std::vector<std::pair<YAML::Node, YAML::Node>> empty_;
+  // Places of the keys of empty values, by the place of what comes after them, which yaml-cpp gives.
+  std::map<int, YAML::Mark> keys_;
 };
 
 }  // namespace parallax::config_internal

@@ -39,7 +39,7 @@ TEST(SceneConfigYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
       // Wrong types.
       {"rigs: 3", "f.yaml:1: rigs: 3, allowed is a map of fields"},
       {"rigs:", "f.yaml:1: rigs: nothing, allowed is a map of fields"},
-      {"rigs:\n# All else.\nseed: 3", "f.yaml:1: rigs: nothing, allowed is a map of fields"},
+      {"rigs:\n# All else.\ntype: indoor", "f.yaml:1: rigs: nothing, allowed is a map of fields"},
       {"rigs: [1]", "f.yaml:1: rigs: a list, allowed is a map of fields"},
       {"[1, 2]", "f.yaml:1: a list, allowed is a map of fields"},
       {"rigs: {count: many}",

@@ -79,7 +79,7 @@ TEST_F(EvaluateCommandTest, AFolderOfBenchmarksThatIsNotGivenIsAskedFor) {
                                             "kitti2015", "--out", scores_};
   EXPECT_THAT(RunCommand(command).err,
               HasSubstr("--benchmarks or $PARALLAX_BENCHMARKS (`parallax"));
-  setenv("PARALLAX_BENCHMARKS", scores_.c_str(), 1);
+  setenv("PARALLAX_BENCHMARKS", testing::TempDir().c_str(), 1);
   EXPECT_THAT(RunCommand(command).err, HasSubstr("has none of the folders"));
   unsetenv("PARALLAX_BENCHMARKS");
 }

@@ -46,10 +46,6 @@ TO_TRAIN, TO_SEE = (416, 234), (208, 117)  # The built-in trainer's crops are of
 # A network of two steps misses nearly all pixels, and `curate` would leave no pair.
 SHORTER_TRAINING = [(r"--steps \d+", "--steps 2"), (r"--max-share \S+", "--max-share 0.999")]
 SHORTER_STUDIES = [(r"\bsteps: \d+", "steps: 2"), (r"\bseeds: \d+", "seeds: 1"), (r"\bheldout_pairs: \d+", "heldout_pairs: 1")]
-# Two trials on one rung, by small pairs as the trainer's crops can take them.
-SHORTER_SEARCHES = [(r"\bpairs: \d+", "pairs: 2"), (r"\bcount: \d+", "count: 2, width_px: 272, height_px: 153"),
-                    (r"\btrain: {", "train: {width_px: 256, height_px: 128, "),
-                    (r"\n  space:", "\n  trials: 2\n  rungs: [{pairs: 1}]\n  space:")]
 # Starts LINE in the background; waits until a coordinator listens. Another coordinator takes the place of the first.
 BACKGROUND = """
 background() {
@@ -176,8 +172,7 @@ class Page:
     def write(self, fence):
         name = fence.attributes.get("file", "study-of-page.yaml")
         text = "study: fragment\nbase: indoor\npairs: 4\n" + fence.text if fence.text.startswith("variants:") else fence.text
-        shorter = SHORTER_STUDIES + (SHORTER_SEARCHES if "\nsearch:" in text else [])
-        (self.folder / name).write_text(replace_all(shorter, text))
+        (self.folder / name).write_text(replace_all(SHORTER_STUDIES, text))
         return name
 
     def run(self, fence):

@@ -26,9 +26,9 @@ void ReadOtherFiles(std::string_view text) {
   if (text.find("command") == text.npos) return;
   const std::string folder = parallax::FuzzFolder() + "/samplers";
   std::filesystem::create_directories(folder);
-  if (!parallax::WriteFile(folder + "/fuzz.yaml", std::string(text)).ok()) return;
+  if (!parallax::WriteFile(folder + "/optuna.yaml", std::string(text)).ok()) return;
   const auto samplers = parallax::LoadSamplers(folder);
-  if (samplers.ok() && samplers->at("fuzz").command.empty()) std::abort();
+  if (samplers.ok() && samplers->at("optuna").command.empty()) std::abort();
 }
 
 }  // namespace

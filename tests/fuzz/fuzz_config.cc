@@ -23,7 +23,7 @@ void ReadOtherFiles(std::string_view text) {
   if (const auto engine = parallax::ParseEngine(text, "fuzz.yaml"); engine.ok()) {
     if (engine->submit().command().empty() || engine->cancel().empty()) std::abort();
   }
-  if (text.find("command") == text.npos) return;
+  if (text.find("sampler") == text.npos) return;
   const std::string folder = parallax::FuzzFolder() + "/samplers";
   std::filesystem::create_directories(folder);
   if (!parallax::WriteFile(folder + "/optuna.yaml", std::string(text)).ok()) return;

@@ -57,7 +57,7 @@ class YamlValues {
  private:
   const std::string file_;
   ConfigErrors& errors_;
-  // Places of the keys of empty values, by the place of what comes after them, which yaml-cpp gives.
+  // Places of the keys of empty values, by what yaml-cpp gives as their own: that of what follows.
   std::map<int, YAML::Mark> keys_;
 };
 

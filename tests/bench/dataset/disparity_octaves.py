@@ -7,6 +7,7 @@ Each pair of a set counts alike. `covered` says whether ours have at least half 
 octave.
 """
 import argparse
+import html
 import json
 from pathlib import Path
 
@@ -55,7 +56,7 @@ def svg(rows: dict[str, np.ndarray]) -> str:
             parts.append(f'<rect x="{40 + step * i + width * r:.1f}" y="{40 + high - tall:.1f}" width="{width:.1f}" '
                          f'height="{tall:.1f}" fill="{colours[r]}"><title>{name}: {100 * share:.1f} %</title></rect>')
     for i, name in enumerate(NAMES):
-        parts.append(f'<text x="{40 + step * i}" y="{high + 58}">{name}</text>')
+        parts.append(f'<text x="{40 + step * i}" y="{high + 58}">{html.escape(name)}</text>')
     parts.append(f'<text x="40" y="{high + 78}">disparity from, px; the highest bar is {100 * most:.0f} % of the pixels</text>')
     return (f'<svg xmlns="http://www.w3.org/2000/svg" width="{60 + step * len(NAMES)}" height="{high + 90}" '
             f'font-family="sans-serif" font-size="12">{"".join(parts)}</svg>\n')

@@ -50,11 +50,11 @@ def svg(rows: dict[str, np.ndarray]) -> str:
     parts = []
     for r, (name, row) in enumerate(rows.items()):
         width = (step - 10) / len(rows)
-        parts.append(f'<text x="{60 + 110 * r}" y="20" fill="{colours[r]}">{name}</text>')
+        parts.append(f'<text x="{60 + 110 * r}" y="20" fill="{colours[r % len(colours)]}">{name}</text>')
         for i, share in enumerate(row):
             tall = high * share / most
             parts.append(f'<rect x="{40 + step * i + width * r:.1f}" y="{40 + high - tall:.1f}" width="{width:.1f}" '
-                         f'height="{tall:.1f}" fill="{colours[r]}"><title>{name}: {100 * share:.1f} %</title></rect>')
+                         f'height="{tall:.1f}" fill="{colours[r % len(colours)]}"><title>{name}: {100 * share:.1f} %</title></rect>')
     for i, name in enumerate(NAMES):
         parts.append(f'<text x="{40 + step * i}" y="{high + 58}">{html.escape(name)}</text>')
     parts.append(f'<text x="40" y="{high + 78}">disparity from, px; the highest bar is {100 * most:.0f} % of the pixels</text>')

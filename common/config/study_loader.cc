@@ -394,6 +394,10 @@ class StudyLoader {
         if (!value.IsNull()) {
           MergeSceneConfig(reader, value, &merged->config, path, &merged->origins);
         }
+      } else if (v1::SceneConfig::descriptor()->FindFieldByName(name) != nullptr) {
+        reader.Error(
+            value, path,
+            "no field of a variant but of its scenes, allowed is " + part.path + ".set." + name);
       } else {
         const std::vector<std::string> known = {"name", "base", "pairs",  "rigs_per_scene",
                                                 "seed", "set",  "config", "heldout"};

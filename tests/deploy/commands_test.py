@@ -7,7 +7,7 @@ fences in order; the pairs of one page serve the next. The first line of a fence
   ```            or ```sh: commands, run by bash; lines that start a coordinator or a worker go to the background
   ```python      run by this Python
   ```yaml        a study, a land or a kind of room, which `parallax config check`, `biome` or `room` must accept; file=NAME
-                 writes it as NAME before all commands; fragments that are no study are not tried
+                 writes it as NAME before all commands; other files and parts of files are named as not tried
   ```text        no command; other languages too are only allowed if NO_COMMANDS has them
   needs=WORD     the fence needs more than Parallax: NEEDS says what. It is skipped, visibly, unless --has names it
   after=PAGE     the page goes on in the folder of another page
@@ -79,6 +79,9 @@ class Fence:
             assert name in {"needs", "file", "after"}, f"{self.where}: unknown attribute {name}"
         self.needs = self.attributes.get("needs")
         assert self.needs is None or self.needs in NEEDS, f"{self.where}: needs={self.needs}, known are {sorted(NEEDS)}"
+        found = re.search(r"^(landform|furniture):", text, re.MULTILINE)
+        self.checked_by = ({"landform": "biome", "furniture": "room"}[found[1]] if found else
+                           "check" if text.startswith(("study:", "extends:", "variants:")) else None)
         assert self.language in NO_COMMANDS | {"sh", "bash", "python", "yaml"}, f"{self.where}: language {self.language}"
 
 
@@ -132,6 +135,15 @@ def short_commands(text, size):
     return "\n".join(lines) + "\n"
 
 
+def shipped_pair(bin_dir):
+    """The real pair of a package or of a clone, as a line of a list."""
+    packed = "share/parallax/benchmarks/shipped"
+    found = [*bin_dir.parent.glob(f"lib/python*/site-packages/parallax_stereo/{packed}"), bin_dir.parent / packed,
+             Path("/opt/parallax/benchmarks/shipped")]
+    folder = next(folder for folder in found if folder.is_dir())
+    return " ".join(f'"{folder}/motorcycle_{name}"' for name in ("left.png", "right.png", "disp.npy"))
+
+
 class Page:
     """A folder in which the fences of a page run, with the ports of its farm."""
 
@@ -141,6 +153,8 @@ class Page:
         self.environment = {**os.environ, "PATH": f"{bin_dir}:{os.environ['PATH']}", "PYTHONDONTWRITEBYTECODE": "1",
                             "PARALLAX_TEST_PORT": str(self.ports[0]), "PARALLAX_COORDINATOR": f"127.0.0.1:{self.ports[0]}",
                             "PARALLAX_STORE": str(store)}
+        # Whoever has a camera has a list of its pairs.
+        (self.folder / "pairs.txt").write_text(shipped_pair(bin_dir) + "\n")
         if dist:
             (self.folder / "dist").symlink_to(dist)
         if tree:
@@ -163,9 +177,7 @@ class Page:
 
     def run(self, fence):
         if fence.language == "yaml":
-            found = re.search(r"^(landform|furniture):", fence.text, re.MULTILINE)
-            command = {"landform": "biome", "furniture": "room"}[found[1]] if found else "check"
-            script = f"parallax config {command} {self.write(fence)}"
+            script = f"parallax config {fence.checked_by} {self.write(fence)}"
         elif fence.language == "python":
             (self.folder / "fence.py").write_text(fence.text)
             script = f"'{sys.executable}' fence.py"
@@ -246,8 +258,10 @@ def main():
                     if "file" in fence.attributes:
                         page.write(fence)
                 for fence in fences:
-                    fragment = fence.language == "yaml" and not fence.text.startswith(("study:", "variants:"))
-                    if fence.language in NO_COMMANDS or fragment:
+                    if fence.language in NO_COMMANDS:
+                        continue
+                    if fence.language == "yaml" and not fence.checked_by:
+                        print(f"not tried {fence.where}: {fence.attributes.get('file', 'a part of a file')}", flush=True)
                         continue
                     if fence.needs and fence.needs not in options.has:
                         skipped += 1

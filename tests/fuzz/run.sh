@@ -16,7 +16,9 @@ fi
 name=$1
 seconds=${2:-60}
 mkdir -p "build/fuzz/corpus-$name" "build/fuzz/found-$name"
+more=()
+if [ "$name" = config ]; then more=(configs/*/); fi
 # Limits an input's memory and time too: a small file must not stop a coordinator or a worker.
-exec build/fuzz/bin/fuzz_"$name" "build/fuzz/corpus-$name" "tests/fuzz/corpus/$name" \
+exec build/fuzz/bin/fuzz_"$name" "build/fuzz/corpus-$name" "tests/fuzz/corpus/$name" "${more[@]}" \
   -max_total_time="$seconds" -artifact_prefix="build/fuzz/found-$name/" \
   -timeout=20 -rss_limit_mb=3000 -max_len=20000 -print_final_stats=1 -verbosity=1

@@ -88,7 +88,10 @@ absl::StatusOr<Benchmark> OpenBenchmark(const std::string& what, const std::stri
     return InvalidArgument("benchmark '{}': wanted {}:PATH", what, kind->name);
   }
   if (!kind->takes_path && dir.empty() && kind->name != kShippedBenchmark) {
-    return InvalidArgument("{}: the folder of benchmarks is not given", kind->name);
+    return InvalidArgument(
+        "{}: the folder of benchmarks is not given; name the folder that has it by --benchmarks or "
+        "$PARALLAX_BENCHMARKS (`parallax evaluate --list` says what is looked for)",
+        kind->name);
   }
   const std::string path = has_path ? rest.substr(kind_name.size() + 1) : dir;
   ASSIGN_OR_RETURN(Benchmark benchmark, kind->open(path));

@@ -18,6 +18,12 @@ using config_internal::Findings;
 using Names = std::vector<std::string>;
 using TextList = google::protobuf::RepeatedPtrField<std::string>;
 
+bool Holds(const TextList& words, const std::string& placeholder) {
+  return std::any_of(words.begin(), words.end(), [&](const std::string& word) {
+    return word.find(placeholder) != std::string::npos;
+  });
+}
+
 class EngineChecker {
  public:
   explicit EngineChecker(Findings* findings) : findings_(*findings) {}
@@ -50,9 +56,7 @@ class EngineChecker {
       }
     }
     for (const std::string& name : needed) {
-      const auto has = [&](const std::string& word) { return word.find(name) != word.npos; };
-      if (std::none_of(words.begin(), words.end(), has))
-        Tell(path, "has no " + name + ", expected one");
+      if (!Holds(words, name)) Tell(path, "has no " + name + ", expected one");
     }
   }
 
@@ -105,6 +109,15 @@ void CheckEngine(const v1::Engine& engine, const std::string&, Findings* finding
   check.Command("submit.command", submit.command(),
                 {"name", "pilots", "script", "options", "arguments"}, {"{options}", "{arguments}"},
                 has_options ? Names{"{script}", "{options}"} : Names{"{script}"});
+  if (!submit.command().empty() && !Holds(submit.command(), "{arguments}") &&
+      !Holds(engine.environment(), "{arguments}")) {
+    check.Tell("submit.command", "has no {arguments}, expected it here or in environment");
+  }
+  if (Holds(submit.command(), "{pilots}") != submit.array()) {
+    check.Tell("submit.array", submit.array()
+                                   ? "true, expected {pilots} in submit.command"
+                                   : "not true, expected so where submit.command has {pilots}");
+  }
   check.Words("submit.cores", submit.cores(), {"cores"}, false);
   check.Words("submit.memory", submit.memory(), {"memory_mb"}, false);
   check.Words("submit.wall_time", submit.wall_time(), {"wall_minutes", "wall_s"}, false);

@@ -77,6 +77,7 @@ class SpaceReader {
     }
     const auto low = reader_.ReadNumber(node[0], at + "[0]", {});
     const auto high = reader_.ReadNumber(node[1], at + "[1]", {});
+    if (!low || !high) reader_.errors().SetTold(reader_.OriginOf(node, at));
     field.set_low(low.value_or(0));
     field.set_high(high.value_or(0));
   }

@@ -74,6 +74,16 @@ absl::StatusOr<v1::SceneConfig> WithSearchValues(
   return config;
 }
 
+int64_t PointsOfSpace(const v1::SearchSpec& search, int64_t most) {
+  double points = 1;
+  for (const v1::SearchField& field : search.space()) {
+    points *= !field.choices().empty() ? field.choices_size()
+              : field.integer()        ? field.high() - field.low() + 1
+                                       : static_cast<double>(most);
+  }
+  return points < static_cast<double>(most) ? static_cast<int64_t>(points) : most;
+}
+
 std::string SearchNumberText(const v1::SearchField& field, double value) {
   return config_internal::NumberText(field.integer() ? std::round(value) : value);
 }

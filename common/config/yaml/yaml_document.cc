@@ -59,7 +59,7 @@ int LineWithTab(std::string_view text) {
   return 0;
 }
 
-// yaml-cpp's own words for a tab speak of map values and block entries.
+// yaml-cpp's own words speak of map values, block entries and flows.
 void AddSyntaxError(const YAML::Exception& error, std::string_view text, const std::string& file,
                     ConfigErrors& errors) {
   const int line = error.mark.is_null() ? 0 : error.mark.line + 1;
@@ -67,6 +67,12 @@ void AddSyntaxError(const YAML::Exception& error, std::string_view text, const s
   if (tab > 0 && (line == 0 || tab <= line)) {
     errors.Add({file, tab, ""},
                fmt::format("not YAML: line {} begins with a tab; indent with spaces", tab));
+  } else if (error.msg == YAML::ErrorMsg::END_OF_MAP_FLOW ||
+             error.msg == YAML::ErrorMsg::END_OF_SEQ_FLOW) {
+    const bool map = error.msg == YAML::ErrorMsg::END_OF_MAP_FLOW;
+    errors.Add({file, line, ""}, std::string("not YAML: a comma or the closing ") +
+                                     (map ? "} of {name: value, ...}" : "] of [a, b, ...]") +
+                                     " is missing in this line or before it");
   } else {
     errors.Add({file, line, ""}, "not YAML: " + error.msg);
   }

@@ -45,7 +45,10 @@ std::optional<double> PlainNumber(const YAML::Node& node) {
 }
 
 Origin YamlValues::OriginOf(const YAML::Node& node, std::string_view path) const {
-  const YAML::Mark mark = node.Mark();
+  YAML::Mark mark = node.Mark();
+  if (node.IsNull()) {
+    if (const auto key = keys_.find(mark.pos); key != keys_.end()) mark = key->second;
+  }
   return {file_, mark.is_null() ? 0 : mark.line + 1, std::string(path)};
 }
 
@@ -70,6 +73,7 @@ std::vector<std::pair<std::string, YAML::Node>> YamlValues::Entries(const YAML::
     if (!names.insert(name).second) {
       Error(entry.first, Dotted(path, name), "stands twice, allowed is once");
     }
+    if (entry.second.IsNull()) keys_[entry.second.Mark().pos] = entry.first.Mark();
     entries.emplace_back(name, entry.second);
   }
   return entries;

@@ -6,6 +6,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -56,6 +57,8 @@ class YamlValues {
  private:
   const std::string file_;
   ConfigErrors& errors_;
+  // Places of the keys of empty values, by what yaml-cpp gives as their own: that of what follows.
+  std::map<int, YAML::Mark> keys_;
 };
 
 }  // namespace parallax::config_internal

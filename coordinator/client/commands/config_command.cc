@@ -12,6 +12,7 @@
 #include "common/base/status.h"
 #include "common/config/camera_text.h"
 #include "common/config/config.h"
+#include "common/config/search/search_values.h"
 #include "coordinator/client/command.h"
 #include "coordinator/client/content/machine_check.h"
 #include "coordinator/client/content/own_folders.h"
@@ -94,9 +95,12 @@ absl::StatusOr<ExitCode> Check(const ConfigOptions& options, Session& session) {
   for (const std::string& camera : cameras) out << "  " << camera << "\n";
   if (config.study.has_search()) {
     const v1::SearchSpec search = SearchOf(config.study);
-    out << fmt::format("  Search: {}, {}, {}; `parallax search {}` begins it\n",
+    const int64_t points = PointsOfSpace(search, search.trials());
+    const std::string fewer =
+        points < search.trials() ? fmt::format(" (its space has {} at most)", points) : "";
+    out << fmt::format("  Search: {}, {}{}, {}; `parallax search {}` begins it\n",
                        Plural(search.space_size(), "setting"), Plural(search.trials(), "trial"),
-                       Plural(search.rungs_size(), "rung"), ShellWord(options.file));
+                       fewer, Plural(search.rungs_size(), "rung"), ShellWord(options.file));
   }
   out << std::flush;
   PrintMissing(config.study, missing, session);

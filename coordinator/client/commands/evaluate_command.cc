@@ -289,7 +289,8 @@ void RegisterEvaluate(Registry& registry) {
       ->type_name("BENCHMARK");
   command
       ->add_option("--benchmarks", options->benchmarks_dir,
-                   "The folder with the downloaded benchmarks")
+                   "The folder with the downloaded benchmarks (default: $PARALLAX_BENCHMARKS)")
+      ->envname("PARALLAX_BENCHMARKS")
       ->type_name("DIR");
   command->add_option("-o,--out", options->out, "The folder of score files")->type_name("DIR2");
   command

@@ -115,9 +115,8 @@ std::string WhyNotBenchmark(const std::string& name, const std::string& dir) {
   const absl::Status opened = OpenBenchmark(name, dir).status();
   if (opened.ok()) return "";
   const std::string why = Quoted(name) + ": " + FirstLine(ToStd(opened.message()));
-  if (name == kShippedBenchmark) return why;
-  return why + "; name the folder that has it by --benchmarks or $PARALLAX_BENCHMARKS " +
-         "(`parallax evaluate --list` says what is looked for)";
+  if (name == kShippedBenchmark || dir.empty()) return why;
+  return why + "; `parallax evaluate --list` says what is looked for";
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -21,7 +22,7 @@ namespace {
 
 absl::StatusOr<ContentReport> CheckPictures(const std::string& dir) {
   ASSIGN_OR_RETURN(const std::vector<FolderFile> pictures, ReadPictureFolder(dir));
-  ContentReport report{ContentHashOf(pictures), {}, {}};
+  ContentReport report{ContentHashOf(pictures), {}, {}, {}};
   for (const FolderFile& picture : pictures) {
     const MemoryRequests memory;
     // A header says neither what inks a picture has nor whether its data is sound.
@@ -56,8 +57,11 @@ std::string TextOf(const MeshFile& file) {
 
 absl::StatusOr<ContentReport> CheckMeshes(const std::vector<std::string>& dirs) {
   ASSIGN_OR_RETURN(const OwnMeshes meshes, ReadMeshFolders(dirs));
-  ContentReport report{meshes.sha256, {}, {}};
+  ContentReport report{meshes.sha256, {}, {}, {}};
   for (const OwnMesh& mesh : meshes.meshes) {
+    if (std::count(report.classes.begin(), report.classes.end(), mesh.asset_class) == 0) {
+      report.classes.push_back(mesh.asset_class);
+    }
     const MemoryRequests memory;
     const auto file = OpenOwnMesh(mesh.asset_class, mesh.seed);
     if (!file.ok()) return WithContext(file.status(), mesh.path);
@@ -68,7 +72,7 @@ absl::StatusOr<ContentReport> CheckMeshes(const std::vector<std::string>& dirs) 
 
 absl::StatusOr<ContentReport> CheckTextures(const std::string& dir) {
   ASSIGN_OR_RETURN(const TextureFolder folder, ReadTextureFolder(dir));
-  ContentReport report{folder.sha256, {}, folder.left_out};
+  ContentReport report{folder.sha256, {}, folder.left_out, {}};
   for (const TextureSet& set : folder.sets) {
     const MemoryRequests memory;
     RETURN_IF_ERROR(CheckTextureSet(set));
@@ -79,7 +83,7 @@ absl::StatusOr<ContentReport> CheckTextures(const std::string& dir) {
 
 absl::StatusOr<ContentReport> CheckHdris(const std::string& dir) {
   ASSIGN_OR_RETURN(const EnvironmentFolder folder, ReadEnvironmentFolder(dir));
-  ContentReport report{folder.sha256, {}, {}};
+  ContentReport report{folder.sha256, {}, {}, {}};
   for (size_t i = 0; i < folder.seeds.size(); ++i) {
     const MemoryRequests memory;
     ASSIGN_OR_RETURN(const auto environment, OpenEnvironment(folder.seeds[i]));
@@ -146,19 +150,14 @@ absl::StatusOr<ContentReport> CheckContent(ContentKind kind, const std::vector<s
   return report;
 }
 
-absl::StatusOr<std::string> ContentHashes::Of(ContentKind kind,
-                                              const std::vector<std::string>& dirs) {
-  auto [entry, is_new] = known_.try_emplace({kind, dirs});
-  if (!is_new) return entry->second;
-  const absl::StatusOr<ContentReport> report = CheckFolders(kind, dirs);
-  if (!report.ok()) {
-    known_.erase(entry);
-    return report.status();
-  }
-  for (const ContentItem& item : report->items) {
+absl::StatusOr<const ContentReport*> ContentReports::Of(ContentKind kind,
+                                                        const std::vector<std::string>& dirs) {
+  if (const auto known = known_.find({kind, dirs}); known != known_.end()) return &known->second;
+  ASSIGN_OR_RETURN(ContentReport report, CheckFolders(kind, dirs));
+  for (const ContentItem& item : report.items) {
     if (!largest_ || item.memory_bytes > largest_->memory_bytes) largest_ = item;
   }
-  return entry->second = report->sha256;
+  return &(known_[{kind, dirs}] = std::move(report));
 }
 
 }  // namespace parallax::client

@@ -31,6 +31,7 @@ struct ContentReport {
   std::string sha256;  // For the config's field of this kind.
   std::vector<ContentItem> items;
   std::vector<std::string> left_out;  // Files and folders that are no content of this kind.
+  std::vector<std::string> classes;   // Classes of meshes, each once: "own:chairs".
 };
 
 // Opens every file in the folders. Only meshes may have several. Errors: kNotFound for a folder
@@ -38,19 +39,19 @@ struct ContentReport {
 // wanted.
 absl::StatusOr<ContentReport> CheckContent(ContentKind kind, const std::vector<std::string>& dirs);
 
-// Computes hashes of folders and remembers them: variants of a study mostly name the same folders.
+// Reads folders and remembers what they hold: variants of a study mostly name the same folders.
 // Not thread-safe.
-class ContentHashes {
+class ContentReports {
  public:
-  // Returns the hash for the config's field of this kind. Every file is opened, so that a bad one
-  // is found before any work is done. Errors: those of CheckContent.
-  absl::StatusOr<std::string> Of(ContentKind kind, const std::vector<std::string>& dirs);
+  // Returns what the folders hold; it lives as long as this object. Every file is opened, so that a
+  // bad one is found before any work is done. Errors: those of CheckContent.
+  absl::StatusOr<const ContentReport*> Of(ContentKind kind, const std::vector<std::string>& dirs);
 
   // The item, among all that Of has read, that takes most memory; nothing before any was read.
   const std::optional<ContentItem>& largest() const { return largest_; }
 
  private:
-  std::map<std::pair<ContentKind, std::vector<std::string>>, std::string> known_;
+  std::map<std::pair<ContentKind, std::vector<std::string>>, ContentReport> known_;
   std::optional<ContentItem> largest_;
 };
 

@@ -1,11 +1,12 @@
 #include "coordinator/client/content/study_options.h"
 
-#include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 
+#include "common/base/edit_distance.h"
 #include "common/base/hash.h"
 #include "common/base/names.h"
 #include "common/base/shell_word.h"
@@ -22,6 +23,7 @@
 #include "coordinator/client/views/text.h"
 #include "coordinator/study/expansion.h"
 #include "coordinator/study/keys.h"
+#include "worker/assets/files/own_meshes.h"
 #include "worker/evaluate/own_benchmark.h"
 
 namespace parallax::client {
@@ -212,11 +214,9 @@ absl::Status NothingInFolder(const FolderField& field, const std::string& dir,
 }
 
 // Hashes a variant's folder, or list of folders.
-absl::Status TakeHash(const FolderField& field, const std::vector<std::string>& named,
-                      FolderReaders readers, ContentHashes& hashes, std::string* sha256) {
-  std::vector<std::string> dirs;
-  for (const std::string& name : named) dirs.push_back(FromRoot(name));
-  const absl::StatusOr<std::string> seen = hashes.Of(field.kind, dirs);
+absl::Status TakeHash(const FolderField& field, const std::vector<std::string>& dirs,
+                      FolderReaders readers, ContentReports& reports, std::string* sha256) {
+  const absl::StatusOr<const ContentReport*> seen = reports.Of(field.kind, dirs);
   if (absl::IsNotFound(seen.status())) {
     if (!sha256->empty()) return absl::OkStatus();
     std::error_code error;
@@ -227,33 +227,56 @@ absl::Status TakeHash(const FolderField& field, const std::vector<std::string>& 
                            readers);
   }
   RETURN_IF_ERROR(seen.status());
-  if (!sha256->empty() && *sha256 != *seen) {
+  if (!sha256->empty() && *sha256 != (*seen)->sha256) {
     return FailedPrecondition("the content of {} is not that of {} (it is {})", dirs.front(),
-                              field.sha256_name, *seen);
+                              field.sha256_name, (*seen)->sha256);
   }
-  *sha256 = *seen;
+  *sha256 = (*seen)->sha256;
   return absl::OkStatus();
 }
 
-absl::Status HashContentOf(v1::SceneConfig& config, FolderReaders readers, ContentHashes& hashes) {
+// Finds names of own classes that no folder has: its scenes would fail, or go without a word.
+absl::Status CheckOwnClasses(const v1::SceneConfig& config,
+                             const std::vector<std::string>& classes) {
+  const auto check = [&](const char* field, const std::string& name) -> absl::Status {
+    if (!IsOwnClass(name) || std::count(classes.begin(), classes.end(), name) > 0) {
+      return absl::OkStatus();
+    }
+    return InvalidArgument("{}: assets.include has no mesh of \"{}\"{} (allowed: {})", field, name,
+                           NearestHint(name, classes), fmt::join(classes, ", "));
+  };
+  for (const std::string& name : config.floating().classes()) {
+    RETURN_IF_ERROR(check("floating.classes", name));
+  }
+  for (const v1::ClassWeight& weight : config.assets().weights()) {
+    RETURN_IF_ERROR(check("assets.weights", weight.class_()));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status HashContentOf(v1::SceneConfig& config, FolderReaders readers,
+                           ContentReports& reports) {
   v1::MaterialConfig& materials = *config.mutable_materials();
   if (!materials.picture_dir().empty()) {
-    RETURN_IF_ERROR(TakeHash(kPictureDir, {materials.picture_dir()}, readers, hashes,
+    RETURN_IF_ERROR(TakeHash(kPictureDir, {FromRoot(materials.picture_dir())}, readers, reports,
                              materials.mutable_pictures_sha256()));
   }
   if (!materials.texture_dir().empty()) {
-    RETURN_IF_ERROR(TakeHash(kTextureDir, {materials.texture_dir()}, readers, hashes,
+    RETURN_IF_ERROR(TakeHash(kTextureDir, {FromRoot(materials.texture_dir())}, readers, reports,
                              materials.mutable_textures_sha256()));
   }
   v1::LightingConfig& lighting = *config.mutable_lighting();
   if (!lighting.hdri_dir().empty()) {
-    RETURN_IF_ERROR(TakeHash(kHdriDir, {lighting.hdri_dir()}, readers, hashes,
+    RETURN_IF_ERROR(TakeHash(kHdriDir, {FromRoot(lighting.hdri_dir())}, readers, reports,
                              lighting.mutable_hdris_sha256()));
   }
   v1::AssetConfig& assets = *config.mutable_assets();
   if (!assets.include().empty()) {
-    RETURN_IF_ERROR(TakeHash(kInclude, {assets.include().begin(), assets.include().end()}, readers,
-                             hashes, assets.mutable_include_sha256()));
+    std::vector<std::string> dirs;
+    for (const std::string& name : assets.include()) dirs.push_back(FromRoot(name));
+    RETURN_IF_ERROR(TakeHash(kInclude, dirs, readers, reports, assets.mutable_include_sha256()));
+    const absl::StatusOr<const ContentReport*> seen = reports.Of(ContentKind::kMeshes, dirs);
+    if (seen.ok()) return CheckOwnClasses(config, (*seen)->classes);
   }
   return absl::OkStatus();
 }
@@ -300,12 +323,12 @@ void AskForMemory(const ContentItem& item, v1::StudySpec& study) {
 }  // namespace
 
 absl::Status HashContent(v1::StudySpec& study, FolderReaders readers) {
-  ContentHashes hashes;
+  ContentReports reports;
   for (v1::VariantSpec& variant : *study.mutable_variants()) {
-    const absl::Status status = HashContentOf(*variant.mutable_config(), readers, hashes);
+    const absl::Status status = HashContentOf(*variant.mutable_config(), readers, reports);
     if (!status.ok()) return WithContext(status, "variant " + variant.name());
   }
-  if (hashes.largest()) AskForMemory(*hashes.largest(), study);
+  if (reports.largest()) AskForMemory(*reports.largest(), study);
   if (!study.has_evaluate()) return absl::OkStatus();
   for (v1::OwnBenchmark& own : *study.mutable_evaluate()->mutable_own_benchmarks()) {
     const absl::Status status = HashBenchmark(own, readers);

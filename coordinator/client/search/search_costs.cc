@@ -123,6 +123,11 @@ void PrintSearchCosts(const v1::StudySpec& search, const SearchCosts& costs, con
                 << (costs.rungs_within == 1 ? std::string("its first rung")
                                             : fmt::format("rung {}", costs.rungs_within));
   }
+  // The default is one more.
+  if (!costs.rungs.empty() && costs.rungs[0].trials <= spec.trials()) {
+    *out.stream << "; its space has only " << costs.rungs[0].trials - 1 << " of the "
+                << Plural(spec.trials(), "trial");
+  }
   *out.stream << "\n";
 }
 

@@ -39,6 +39,7 @@ TEST(SceneConfigYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
       // Wrong types.
       {"rigs: 3", "f.yaml:1: rigs: 3, allowed is a map of fields"},
       {"rigs:", "f.yaml:1: rigs: nothing, allowed is a map of fields"},
+      {"rigs:\n# All else.\ntype: indoor", "f.yaml:1: rigs: nothing, allowed is a map of fields"},
       {"rigs: [1]", "f.yaml:1: rigs: a list, allowed is a map of fields"},
       {"[1, 2]", "f.yaml:1: a list, allowed is a map of fields"},
       {"rigs: {count: many}",
@@ -140,7 +141,10 @@ TEST(SceneConfigYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
        "f.yaml:3: rigs: stands twice, allowed is once"},
       {"rigs:\n  count: 1\n  count: 2", "f.yaml:3: rigs.count: stands twice, allowed is once"},
       {"? [a]\n: 1", "f.yaml:1: a list as a key, allowed is a field name"},
-      {"type: indoor\nrigs: {count: 1", "f.yaml:2: not YAML: ..."},
+      {"type: indoor\nrigs: {count: 1",
+       "f.yaml:2: not YAML: a comma or the closing } of {name: value, ...} is missing in this line "
+       "or before it"},
+      {"room: {kinds: [office", "f.yaml:1: not YAML: a comma or the closing ] of [a, b, ...] ..."},
       {"a\tb:\n\t- c", "f.yaml:2: not YAML: line 2 begins with a tab; indent with spaces"},
       {"rigs:\n  count: 3\n\tbaseline_m: 1",
        "f.yaml:3: not YAML: line 3 begins with a tab; indent with spaces"},
@@ -161,6 +165,9 @@ TEST(StudyYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
       {"study: s\npairs: 1\nrigs: {count: 2}\nvariants: [{name: a}]",
        "s.yaml:3: rigs: no field of a study but of its scenes, allowed is set.rigs, "
        "variants[].set.rigs, or the file that `base` names"},
+      {"study: s\npairs: 1\nvariants:\n  - name: a\n    rigs: {count: 2}",
+       "s.yaml:5: variants[0].rigs: no field of a variant but of its scenes, allowed is "
+       "variants[0].set.rigs"},
       {"pairs: 1\nvariants: [{name: a}]", "s.yaml:1: study: missing, allowed is the study's name"},
       {"study: s\nvariants: [{name: a}]", "s.yaml:1: pairs: missing, ..."},
       {"study: s\npairs: 1", "s.yaml:1: variants: missing, ..."},

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "common/base/system/file.h"
 #include "common/config/config.h"
 
 namespace parallax {
@@ -20,6 +21,17 @@ TEST(EngineFiles, BuiltInOnesAreReadByName) {
   const auto missing = LoadEngine("sge");
   EXPECT_EQ(missing.status().code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(std::string(missing.status().message()), testing::HasSubstr("lsf, pbs, slurm"));
+}
+
+// The example of the documentation, a batch system that nobody has, is a good file.
+TEST(EngineFiles, TheExampleOfTheDocumentationIsRead) {
+  const auto page = ReadFile(PARALLAX_CONFIGS "/../deploy/site/docs/recipes/slurm.md", 1 << 20);
+  ASSERT_TRUE(page.ok()) << page.status();
+  const std::string fence = "```yaml\n";
+  const size_t begin = page->find(fence) + fence.size();
+  const auto engine = ParseEngine(page->substr(begin, page->find("```", begin) - begin), "e.yaml");
+  ASSERT_TRUE(engine.ok()) << engine.status();
+  EXPECT_EQ(engine->submit().command(0), "tsub");
 }
 
 TEST(EngineFiles, EachWrongFileNamesLineFieldAndWhatIsExpected) {
@@ -53,6 +65,11 @@ TEST(EngineFiles, EachWrongFileNamesLineFieldAndWhatIsExpected) {
       {", \"{ids}\"", "", "mine.yaml:10: cancel: has no {ids}"},
       {"\"{script}\"", "x", "mine.yaml:3: submit.command: has no {script}"},
       {"\"{options}\"", "x", "mine.yaml:3: submit.command: has no {options}"},
+      {", \"{arguments}\"", "",
+       "mine.yaml:3: submit.command: has no {arguments}, expected it here or in environment"},
+      {"{pilots}", "5", "mine.yaml:4: submit.array: true, expected {pilots} in submit.command"},
+      {"  array: true\n", "",
+       "mine.yaml:3: submit.array: not true, expected so where submit.command has {pilots}"},
       {"[sbatch,", "[\"\",", "mine.yaml:3: submit.command[0]: \"\", expected a program"},
       {"scancel", "\"\"", "mine.yaml:10: cancel[0]: \"\", expected a program"},
       {"  states:", "  id: $9\n  states:",

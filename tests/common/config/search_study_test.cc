@@ -126,6 +126,8 @@ TEST(SearchStudyTest, WhatIsWrongIsNamedByFileLineAndField) {
        "6: search.space.floating.count.range: a list of 1, allowed is [low, high]"},
       {"{space: {floating.count: {range: [a, 4]}}}",
        "6: search.space.floating.count.range[0]: a is not a number, allowed a number"},
+      {"{space: {floating.count: {range: [4, b]}}}",
+       "6: search.space.floating.count.range[1]: b is not a number, allowed a number"},
       {"{space: {floating.count: {range: [4, 4]}}}",
        "6: search.space.floating.count.range: [4, 4], allowed is [low, high] with low < high"},
       {"{space: {floating.count: {range: [0.5, 4]}}}",
@@ -226,9 +228,9 @@ TEST(SearchStudyTest, WhatIsWrongIsNamedByFileLineAndField) {
       {"{space: {floating.count: {range: [0, 4]}}, rungs: [{pair: 0.1}]}",
        "6: search.rungs[0].pair: no such field, did you mean pairs? ..."},
       {"{space: {floating.count: {range: [0, 4]}}, trials: 0}",
-       "6: search.trials: 0 is out of range, allowed 1 to 1000"},
+       "6: search.trials: 0 is out of range, allowed 1 to 999"},
       {"{space: {floating.count: {range: [0, 4]}}, trials: 1000}",
-       "6: search.trials: with the default 1001 variants in a rung, allowed are at most 1000"},
+       "6: search.trials: 1000 is out of range, allowed 1 to 999"},
       {"{space: {floating.count: {range: [0, 4]}}, sampler: a b}", "6: search.sampler: ..."},
   };
   for (const auto& row : rows) {

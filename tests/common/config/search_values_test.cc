@@ -49,6 +49,19 @@ TEST(SearchValuesTest, AllValuesAreMergedAtOnce) {
   EXPECT_EQ(config->nature().biomes().desert(), 2);
 }
 
+TEST(SearchValuesTest, ASpaceOfChoicesAndWholeNumbersHasSoManyPoints) {
+  v1::SearchSpec search;
+  v1::SearchField& count = *search.add_space();
+  count.set_high(3);
+  count.set_integer(true);
+  search.add_space()->add_choices("all");
+  search.mutable_space(1)->add_choices("none");
+  EXPECT_EQ(PointsOfSpace(search, 50), 8);
+  EXPECT_EQ(PointsOfSpace(search, 7), 7);
+  search.add_space()->set_high(0.5);
+  EXPECT_EQ(PointsOfSpace(search, 50), 50);
+}
+
 TEST(SearchValuesTest, WhatIsWrongIsNamedWithoutAFile) {
   EXPECT_EQ(ErrorOf({{"floating.count", "700"}}),
             "floating.count: 700 is out of range, allowed 0 to 500");

@@ -75,6 +75,17 @@ TEST_F(EvaluateCommandTest, ListNamesEveryBenchmarkAndItsFiles) {
   }
 }
 
+TEST_F(EvaluateCommandTest, AFolderOfBenchmarksThatIsNotGivenIsAskedFor) {
+  unsetenv("PARALLAX_BENCHMARKS");
+  const std::vector<std::string> command = {"evaluate",  "sgbm",  "--on",
+                                            "kitti2015", "--out", scores_};
+  EXPECT_THAT(RunCommand(command).err,
+              HasSubstr("--benchmarks or $PARALLAX_BENCHMARKS (`parallax"));
+  setenv("PARALLAX_BENCHMARKS", testing::TempDir().c_str(), 1);
+  EXPECT_THAT(RunCommand(command).err, HasSubstr("has none of the folders"));
+  unsetenv("PARALLAX_BENCHMARKS");
+}
+
 TEST_F(EvaluateCommandTest, ScoreFilesBecomeATableWithVerdicts) {
   for (const std::string seed : {"1", "2", "3"}) {
     const int s = std::stoi(seed);

@@ -57,6 +57,29 @@ TEST(HashContent, LargeTexturesAskForWorkersThatHoldThem) {
   EXPECT_GE(MemoryForTexture(8000), 1024 + 2 * 3 * 8000 * 8000 / (1 << 20));
 }
 
+using OwnClassesTest = FolderTest;
+
+TEST_F(OwnClassesTest, AClassThatNoFolderHasIsNamedBeforeAnyWork) {
+  fs::create_directories(dir_ + "/mine/chairs");
+  std::ofstream(dir_ + "/mine/chairs/a.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  v1::StudySpec study;
+  v1::SceneConfig& config = *study.add_variants()->mutable_config();
+  config.mutable_assets()->add_include(dir_.substr(1) + "/mine");
+  for (const char* name : {"own", "own:chairs", "Chair"}) {
+    config.mutable_floating()->add_classes(name);
+  }
+  EXPECT_TRUE(HashContent(study, FolderReaders::kOfRun).ok());
+  config.mutable_floating()->add_classes("own:chair");
+  EXPECT_THAT(
+      HashContent(study, FolderReaders::kOfRun).ToString(),
+      HasSubstr("floating.classes: assets.include has no mesh of \"own:chair\", did you mean "
+                "own:chairs? (allowed: own:chairs)"));
+  config.mutable_floating()->clear_classes();
+  config.mutable_assets()->add_weights()->set_class_("own:a");
+  EXPECT_THAT(HashContent(study, FolderReaders::kOfRun).ToString(),
+              HasSubstr("assets.weights: assets.include has no mesh of \"own:a\""));
+}
+
 // A folder with a pair in Middlebury's layout and a list that names its files from elsewhere.
 class OwnBenchmarkTest : public FolderTest {
  protected:

@@ -459,6 +459,19 @@ TEST_F(SearchPlanTest, ACheckNamesTheSearchAndWhatBeginsIt) {
   }
 }
 
+TEST_F(SearchPlanTest, ASpaceWithFewerPointsThanTrialsIsNamed) {
+  std::string text = kCamera;
+  const size_t begin = text.find("    floating.size_m"), end = text.find("  trials: 3");
+  text.replace(begin, end - begin, "");
+  text.replace(text.find("[0, 40]"), 7, "[0, 1]");
+  ASSERT_TRUE(WriteFile(dir_ + "/small.yaml", text).ok());
+  EXPECT_THAT(RunCommand({"config", "check", dir_ + "/small.yaml"}).out,
+              HasSubstr("1 setting, 3 trials (its space has 2 at most), 3 rungs"));
+  EXPECT_THAT(RunCommand({"plan", dir_ + "/small.yaml"}).out,
+              HasSubstr("; its space has only 2 of the 3 trials\n"));
+  EXPECT_THAT(RunCommand({"plan", Camera()}).out, Not(HasSubstr("its space")));
+}
+
 TEST_F(SearchPlanTest, SearchesAreNotSubmitted) {
   const std::string file = Camera();
   EXPECT_THAT(RunCommand({"submit", file}).err,

@@ -6,7 +6,8 @@
 
 #include "coordinator/rpc/validation.h"
 #include "coordinator/rpc/workers/output_check.h"
-#include "tests/faults/life.h"
+#include "tests/faults/simulate/searcher.h"
+#include "tests/faults/simulate/work.h"
 
 namespace parallax::faults {
 namespace {
@@ -30,12 +31,13 @@ SimCoordinator::SimCoordinator(World& world, const std::string& folder)
               .grace_s = std::min(world.knobs.queue.lease_s, world.knobs.reconnect_grace_s),
               .slack_s = 8 * world.knobs.turn_s,
               .user_running = world.knobs.user_running,
+              .pairs_stay = !world.knobs.has_files,
               .disk_lies = world.knobs.disk_errs || world.knobs.lie != Lie::kNone},
              clock_),
       dice_(world.rng.Child("coordinator/events")),
       liar_(folder),
       disk_(folder) {
-  if (world.knobs.has_stream) model_.HasStreams();
+  if (world.knobs.has_stream || world.knobs.has_search) model_.HasOtherStudies();
   RegisterPowerCutVfs();
   // Random numbers of SQLite become the same for the same seed.
   sqlite3_test_control(SQLITE_TESTCTRL_PRNG_SEED, static_cast<int>(world.seed % 0x7fffffff) + 1,
@@ -49,12 +51,16 @@ SimCoordinator::~SimCoordinator() {
 }
 
 VfsPlan SimCoordinator::DrawPlan() {
-  VfsPlan plan{.lose_unsynced = true, .seed = dice_.Bits64(), .in_process = true};
+  VfsPlan plan{.lose_unsynced = true, .seed = dice_.Bits64()};
+  dies_at_.reset();
   if (!world_.has_faults || IsInCrashLoop()) return plan;
   // Half of the lives end at one of the operations on files, if they come so far.
   if (world_.knobs.coordinator_life_s > 0 && dice_.Bernoulli(0.5)) {
     plan.die_at = dice_.UniformInt(1, dice_.Bernoulli(0.3) ? 60 : 3000);
     plan.lose_unsynced = dice_.Bernoulli(world_.knobs.power_cut_p);
+  } else if (world_.knobs.coordinator_life_s > 0 && dice_.Bernoulli(0.6)) {
+    dies_at_ = Points::Draw(dice_);
+    dies_of_power_ = dice_.Bernoulli(world_.knobs.power_cut_p);
   }
   if (world_.knobs.disk_errs && dice_.Bernoulli(0.7)) {
     plan.errors = {.at = dice_.UniformInt(1, dice_.Bernoulli(0.3) ? 100 : 5000),
@@ -65,9 +71,21 @@ VfsPlan SimCoordinator::DrawPlan() {
   return plan;
 }
 
+// Some lives end at a fail point of the queue.
+absl::Status SimCoordinator::Pass(const std::string& command, int step) {
+  if (VfsHasEnded()) throw ProcessEnds();
+  const bool dies = points_.Pass({command, step}, *dies_at_);
+  if (!dies || !world_.has_faults) return absl::OkStatus();
+  world_.story.Tell("coordinator: is at step {} of {}", step, command);
+  EndVfs(dies_of_power_);
+  throw ProcessEnds();
+}
+
 void SimCoordinator::Start() {
   if (is_up() || refused_) return;
   ++lives_;
+  const double upgrade_at_s = world_.knobs.upgrade_at_s;
+  release_ = upgrade_at_s > 0 && world_.schedule.now() >= upgrade_at_s ? 1 : 0;
   SetVfsPlan(DrawPlan());
   model_.Starts();
   absl::Status status;
@@ -80,7 +98,7 @@ void SimCoordinator::Start() {
     HandleFatal(status);
     return Bury("does not start");
   }
-  model_.Started(queue().epoch());
+  model_.Started(queue().epoch(), release_);
   world_.story.Tell("coordinator: starts, epoch {:x}", queue().epoch());
   const int life = lives_;
   if (world_.has_faults && world_.knobs.coordinator_life_s > 0) {
@@ -98,7 +116,12 @@ void SimCoordinator::Start() {
     }
   }
   TickLater(life);
-  if (world_.knobs.has_stream) KeepStreamsLater(life);
+  const double lease_s = world_.knobs.queue.lease_s;
+  if (world_.knobs.has_stream) Often(life, lease_s / 10, [this] { return streams().Tick(); });
+  if (world_.knobs.has_search) Often(life, lease_s / 10, [this] { return searches().Tick(); });
+  if (!world_.knobs.queue.notice_targets.empty()) {
+    Often(life, lease_s / 2, [this] { return DeliverNotices(); });
+  }
   if (world_.knobs.has_files) LookIntoStoreLater(life);
   Enter([this] { model_.Compare(queue(), /*at_end=*/false); });
 }
@@ -109,6 +132,12 @@ absl::Status SimCoordinator::OpenQueue() {
   options.vfs = kPowerCutVfs;
   options.clock = &clock_;
   options.kinds = &Kinds();
+  options.versions = versions();
+  if (dies_at_) {
+    options.fail_point = [this](const std::string& command, int step) {
+      return Pass(command, step);
+    };
+  }
   auto life = std::make_unique<Life>();
   options.open_store = [this,
                         &life = *life](const KnownStore& known) -> absl::StatusOr<std::string> {
@@ -129,6 +158,7 @@ absl::Status SimCoordinator::OpenQueue() {
       *life->queue, life->pool, clock_, world_.knobs.reconnect_grace_s, /*own_thread=*/false);
   life->queue->SetObserver(this);
   life->streams = std::make_unique<StreamKeeper>(*life->queue, clock_);
+  life->searches = std::make_unique<SearchKeeper>(*life->queue, clock_, ScorerOf(*life->queue));
   life_ = std::move(life);
   return absl::OkStatus();
 }
@@ -138,7 +168,8 @@ absl::Status SimCoordinator::OpenOrPutBack() {
                     lives_ >= world_.knobs.lie_at &&
                     (world_.knobs.lie != Lie::kOlder || backup_ != nullptr);
   if (!lies) return OpenQueue();
-  SetVfsPlan({.lose_unsynced = true, .seed = dice_.Bits64(), .in_process = true});
+  SetVfsPlan({.lose_unsynced = true, .seed = dice_.Bits64()});
+  dies_at_.reset();
   const std::string what = liar_.Tell(world_.knobs.lie, dice_, clock_.UnixSeconds());
   model_.DiskLies();
   world_.story.Tell("coordinator: {}", what);

@@ -59,7 +59,11 @@ VfsPlan SimCoordinator::DrawPlan() {
     plan.die_at = dice_.UniformInt(1, dice_.Bernoulli(0.3) ? 60 : 3000);
     plan.lose_unsynced = dice_.Bernoulli(world_.knobs.power_cut_p);
   } else if (world_.knobs.coordinator_life_s > 0 && dice_.Bernoulli(0.6)) {
-    dies_at_ = Points::Draw(dice_);
+    std::vector<std::string> seldom;  // Commands that most runs have not.
+    if (world_.knobs.has_files) seldom = {"repair", "scrub", "forget_litter"};
+    if (world_.knobs.has_search) seldom.push_back("search");
+    if (world_.knobs.has_stream) seldom.push_back("stream");
+    dies_at_ = Points::Draw(seldom, dice_);
     dies_of_power_ = dice_.Bernoulli(world_.knobs.power_cut_p);
   }
   if (world_.knobs.disk_errs && dice_.Bernoulli(0.7)) {
@@ -74,8 +78,7 @@ VfsPlan SimCoordinator::DrawPlan() {
 // Some lives end at a fail point of the queue.
 absl::Status SimCoordinator::Pass(const std::string& command, int step) {
   if (VfsHasEnded()) throw ProcessEnds();
-  const bool dies = points_.Pass({command, step}, *dies_at_);
-  if (!dies || !world_.has_faults) return absl::OkStatus();
+  if (!world_.has_faults || !points_.Pass({command, step}, *dies_at_)) return absl::OkStatus();
   world_.story.Tell("coordinator: is at step {} of {}", step, command);
   EndVfs(dies_of_power_);
   throw ProcessEnds();

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "common/base/rng.h"
 #include "coordinator/queue/database/fail_point.h"
@@ -22,10 +23,11 @@ struct Points {
   };
   using Bits = std::array<uint64_t, kFailPointCommands.size()>;
 
-  // Returns a point of any command. Early steps come oftener: most commands have few.
-  static Point Draw(Rng& dice) {
-    const int command = dice.UniformInt(0, static_cast<int>(kFailPointCommands.size()) - 1);
-    return {kFailPointCommands[static_cast<size_t>(command)],
+  // Returns a point of any command, half of the times of one of `seldom`. Early steps come oftener:
+  // most commands have few.
+  static Point Draw(const std::vector<std::string>& seldom, Rng& dice) {
+    const std::vector<std::string> all(kFailPointCommands.begin(), kFailPointCommands.end());
+    return {dice.Pick(seldom.empty() || dice.Bernoulli(0.5) ? all : seldom),
             static_cast<int>(Power(kMostSteps, dice.Uniform() * dice.Uniform()))};
   }
   // Notes that a life has come to a point. Returns whether it is the one at which it ends.

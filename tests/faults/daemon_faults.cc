@@ -11,6 +11,7 @@
 #include "coordinator/queue/job_queue.h"
 #include "tests/faults/farm.h"
 #include "tests/faults/tcp_proxy.h"
+#include "tests/job_messages.h"
 
 namespace parallax::faults {
 namespace {

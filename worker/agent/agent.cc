@@ -404,7 +404,7 @@ absl::StatusOr<std::unique_ptr<Agent>> Agent::Create(const AgentOptions& options
     return InvalidArgument("this worker does no jobs of kind '{}'", kind);
   }
   ASSIGN_OR_RETURN(auto channel, ConnectRpc(options.coordinator, options.security));
-  ASSIGN_OR_RETURN(auto outbox, Outbox::Open(options.outbox_root, options.name, options.versions));
+  ASSIGN_OR_RETURN(auto outbox, Outbox::Open(options.outbox_root, options.name));
   return std::unique_ptr<Agent>(
       new AgentImpl(options, handlers, clock, std::move(outbox), channel));
 }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "common/config/training_plan.h"
+
 namespace parallax::faults {
 namespace {
 
@@ -56,6 +58,10 @@ void QueueModel::Starts() {
 void QueueModel::Started(uint64_t epoch, int release) {
   if (epoch <= epoch_) Complain(fmt::format("epoch {:x} comes after {:x}", epoch, epoch_));
   epoch_ = epoch;
+  // Pictures of another release are not wanted.
+  for (auto& [id, job] : jobs_) {
+    if (release != release_ && job.kind == "render") job.in_doubt = true;
+  }
   release_ = release;
   // A lease counts as heard of at the first start that its worker has said nothing to.
   for (auto& [id, job] : jobs_) {
@@ -226,7 +232,7 @@ void QueueModel::LeaseGiven(const std::string& name, const v1::Lease& lease,
          .heard_s = Now()};
   // Its spec says how many pairs were there.
   const size_t of = lease.spec().rfind(" of ");
-  if (options_.pairs_stay && lease.kind() == "noop" && study.pairs > 0 &&
+  if (options_.pairs_stay && lease.kind() == "noop" && lease.variant() != kHeldoutName &&
       std::stoll(lease.spec().substr(of + 4)) < study.pairs) {
     Complain(Name(id, job) + " begins before the pairs that it waits for: " + lease.spec());
   }

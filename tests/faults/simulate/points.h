@@ -35,10 +35,11 @@ struct Points {
     const auto command = static_cast<size_t>(
         std::find(kFailPointCommands.begin(), kFailPointCommands.end(), at.command) -
         kFailPointCommands.begin());
+    if (command == seen.size()) return false;  // A write of the start itself.
     const uint64_t bit = uint64_t{1} << std::min(at.step, kMostSteps);
-    seen.at(command) |= bit;
+    seen[command] |= bit;
     const bool ends = at.command == end.command && at.step == end.step;
-    if (ends) died.at(command) |= bit;
+    if (ends) died[command] |= bit;
     return ends;
   }
   static int CountOf(const Bits& bits) {

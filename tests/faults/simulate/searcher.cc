@@ -11,9 +11,9 @@ namespace {
 
 constexpr char kSearch[] = "recipe";
 constexpr int kTrials = 4;
-constexpr int kMostStudies = 10'000;
+constexpr int kMostListed = 10'000;
 
-v1::StudySpec StudyOf(Rng dice) {
+v1::StudySpec SearchedStudy(Rng dice) {
   v1::StudySpec study = SmallSearch(kTrials);
   study.set_seed(dice.Bits32());
   study.set_pairs(4);
@@ -71,7 +71,7 @@ SimSearcher::SimSearcher(World& world, SimCoordinator& coordinator, SimClient& c
       coordinator_(coordinator),
       client_(client),
       dice_(world.rng.Child("searcher")),
-      study_(StudyOf(dice_.Child("study"))),
+      study_(SearchedStudy(dice_.Child("study"))),
       calm_(CalmlyFound(study_, folder + "/calm.db")) {}
 
 void SimSearcher::Start() {
@@ -117,7 +117,7 @@ void SimSearcher::Remove() {
       return false;
     }
     const auto left = coordinator_.queue().ListSearches();
-    const auto studies = coordinator_.queue().ListStudies(kMostStudies);
+    const auto studies = coordinator_.queue().ListStudies(kMostListed);
     if (!left.ok() || !left->empty() || !studies.ok()) return false;
     for (const v1::StudyStatus& study : *studies) {
       if (study.name().starts_with(std::string(kSearch) + "-")) {

@@ -88,9 +88,7 @@ void SimWorker::Start() {
   process.retirement = std::make_unique<Retirement>(
       RetirementOptions{.idle_s = process.options.idle_exit_s, .deadline = {}, .margin_s = 0},
       clock_.Steady());
-  process.outbox =
-      *Outbox::Open(outbox_root_, name_,
-                    world_.mutation.any_version ? StageVersions() : process.options.versions);
+  process.outbox = *Outbox::Open(outbox_root_, name_);
   process.reports = std::make_unique<ReportQueue>(
       process.options.reports, clock_, dice_.Child("reports", static_cast<uint64_t>(life)));
   for (Report& report : process.outbox->TakeLeftovers()) {

@@ -74,11 +74,27 @@ bool IsReportName(const std::string& extension) {
   return extension == kComplete || extension == kFail;
 }
 
-// Returns "layout 27, scene 27, ...".
-std::string TextOf(const StageVersions& versions) {
-  std::string text;
-  for (const auto& [stage, version] : ListVersions(versions)) text += stage + " " + version + ", ";
-  return text;
+std::string DigestOf(const std::string& bytes) {
+  const Sha256Digest digest = Sha256Of(bytes);
+  return std::string(digest.begin(), digest.end());
+}
+
+absl::StatusOr<Report> ReadReport(const fs::path& path) {
+  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path.string()));
+  if (bytes.size() < kDigestBytes ||
+      DigestOf(bytes.substr(kDigestBytes)) != bytes.substr(0, kDigestBytes)) {
+    return DataLoss("{}: content does not match its digest", path.string());
+  }
+  Report report;
+  const std::string message = bytes.substr(kDigestBytes);
+  bool parsed;
+  if (path.extension() == kComplete) {
+    parsed = report.body.emplace<v1::CompleteRequest>().ParseFromString(message);
+  } else {
+    parsed = report.body.emplace<v1::FailRequest>().ParseFromString(message);
+  }
+  if (!parsed) return DataLoss("{}: not a report", path.string());
+  return report;
 }
 
 std::vector<fs::path> SortedEntries(const std::string& directory) {
@@ -105,8 +121,7 @@ const std::string& Report::coordinator_id() const {
 absl::Status CheckWorkerName(std::string_view name) { return CheckName("worker name", name); }
 
 absl::StatusOr<std::unique_ptr<Outbox>> Outbox::Open(const std::string& root,
-                                                     const std::string& worker,
-                                                     const StageVersions& versions) {
+                                                     const std::string& worker) {
   RETURN_IF_ERROR(CheckWorkerName(worker));
   const std::string directory = root + "/" + worker;
   RETURN_IF_ERROR(MakeFolder(directory));
@@ -117,7 +132,7 @@ absl::StatusOr<std::unique_ptr<Outbox>> Outbox::Open(const std::string& root,
         "outbox {} is in use by another worker named {}; give this one another --name", directory,
         worker);
   }
-  std::unique_ptr<Outbox> outbox(new Outbox(directory, lock_fd, TextOf(versions)));
+  std::unique_ptr<Outbox> outbox(new Outbox(directory, lock_fd));
   for (const fs::path& sibling : SortedEntries(root)) {
     if (fs::is_directory(sibling, error) && sibling.filename() != worker) {
       outbox->AdoptFrom(sibling.string());
@@ -153,36 +168,15 @@ void Outbox::AdoptFrom(const std::string& sibling) {
   close(*lock_fd);
 }
 
-std::string Outbox::DigestOf(const std::string& message) const {
-  const Sha256Digest digest = Sha256().Update(versions_).Update(message).Finish();
-  return std::string(digest.begin(), digest.end());
-}
-
-absl::StatusOr<Report> Outbox::Read(const std::string& path) const {
-  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
-  if (bytes.size() < kDigestBytes ||
-      DigestOf(bytes.substr(kDigestBytes)) != bytes.substr(0, kDigestBytes)) {
-    return DataLoss("{}: it is damaged, or of a worker with other versions than {}", path,
-                    versions_.substr(0, versions_.size() - 2));
-  }
-  Report report;
-  const std::string message = bytes.substr(kDigestBytes);
-  const bool parsed = path.ends_with(kComplete)
-                          ? report.body.emplace<v1::CompleteRequest>().ParseFromString(message)
-                          : report.body.emplace<v1::FailRequest>().ParseFromString(message);
-  if (!parsed) return DataLoss("{}: not a report", path);
-  return report;
-}
-
 void Outbox::LoadLeftovers() {
   for (const fs::path& path : SortedEntries(directory_)) {
     if (!IsReportName(path.extension().string())) continue;
-    absl::StatusOr<Report> report = Read(path.string());
+    absl::StatusOr<Report> report = ReadReport(path);
     if (report.ok()) {
       leftovers_.push_back(*std::move(report));
       continue;
     }
-    LogError("report in the outbox is set aside", {{"error", report.status()}});
+    LogError("report in the outbox is damaged and set aside", {{"error", report.status()}});
     std::error_code error;
     fs::rename(path, path.string() + ".damaged", error);
   }

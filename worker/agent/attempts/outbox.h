@@ -3,13 +3,11 @@
 //
 //   <root>/<worker>/lock                                   held by the living worker of that name
 //   <root>/<worker>/<coordinator>-<job>-<fence>.complete   CompleteRequest or
-//   <root>/<worker>/<coordinator>-<job>-<fence>.fail       FailRequest, after the SHA-256 of the
-//                                                          worker's versions and the request
+//   <root>/<worker>/<coordinator>-<job>-<fence>.fail       FailRequest, after their SHA-256
 //   <root>/<worker>/staging/                               attempts on their way to a store
 //
 // A worker that starts adopts the reports of dead workers under the same root: default names
-// contain a process id, so nobody else would return for them. Reports of a worker whose stages had
-// other versions are set aside: the coordinator would publish its results as this one's.
+// contain a process id, so nobody else would return for them.
 #pragma once
 
 #include <memory>
@@ -18,7 +16,6 @@
 #include <vector>
 
 #include "common/base/status.h"
-#include "common/base/version.h"
 #include "parallax/v1/service.pb.h"
 
 namespace parallax {
@@ -34,18 +31,16 @@ struct Report {
 // The reports of one worker. Thread-safe: one file a report, and two reports never share a name.
 class Outbox {
  public:
-  // Makes the folder and locks it. `worker` is a file name (see CheckWorkerName), `versions` those
-  // of its stages. Errors: kAlreadyExists when a living worker of that name holds it; those of the
-  // file system.
+  // Makes the folder and locks it. `worker` is a file name (see CheckWorkerName). Errors:
+  // kAlreadyExists when a living worker of that name holds it; those of the file system.
   static absl::StatusOr<std::unique_ptr<Outbox>> Open(const std::string& root,
-                                                      const std::string& worker,
-                                                      const StageVersions& versions = {});
+                                                      const std::string& worker);
   ~Outbox();
   Outbox(const Outbox&) = delete;
   Outbox& operator=(const Outbox&) = delete;
 
-  // Returns the reports that Open found, in order of file names. Files that are damaged or of other
-  // versions are renamed to *.damaged and logged.
+  // Returns the reports that Open found, in order of file names. Damaged files are renamed to
+  // *.damaged and logged.
   std::vector<Report> TakeLeftovers() { return std::move(leftovers_); }
   // Writes a report, durably. The same report again replaces it. Errors: those of the file system.
   absl::Status Put(const Report& report);
@@ -58,17 +53,14 @@ class Outbox {
   std::string staging() const;
 
  private:
-  Outbox(std::string directory, int lock_fd, std::string versions)
-      : directory_(std::move(directory)), lock_fd_(lock_fd), versions_(std::move(versions)) {}
+  Outbox(std::string directory, int lock_fd)
+      : directory_(std::move(directory)), lock_fd_(lock_fd) {}
   void AdoptFrom(const std::string& sibling);
   void LoadLeftovers();
-  std::string DigestOf(const std::string& message) const;
-  absl::StatusOr<Report> Read(const std::string& path) const;
   std::string PathOf(const Report& report) const;
 
   const std::string directory_;
   const int lock_fd_;
-  const std::string versions_;
   std::vector<Report> leftovers_;
 };
 

@@ -107,14 +107,6 @@ TEST_F(OutboxTest, ADamagedReportIsSetAsideAndTheOthersSurvive) {
   EXPECT_EQ(set_aside, 1);
 }
 
-TEST_F(OutboxTest, AReportOfAnotherReleaseIsSetAside) {
-  ASSERT_TRUE(Open("w")->Put(Completed(1, 11)).ok());
-  StageVersions next;
-  next.frame += "-next";
-  EXPECT_TRUE((*Outbox::Open(dir_, "w", next))->TakeLeftovers().empty());
-  EXPECT_TRUE(Open("w")->TakeLeftovers().empty());
-}
-
 TEST_F(OutboxTest, NamesThatAreNoFolderNamesAreRefused) {
   for (const char* name : {"", ".", "..", "a/b", "-x", "a b", "a\n"}) {
     EXPECT_FALSE(CheckWorkerName(name).ok()) << name;

@@ -6,7 +6,7 @@
 
 #include "coordinator/rpc/validation.h"
 #include "coordinator/rpc/workers/output_check.h"
-#include "tests/faults/simulate/searcher.h"
+#include "tests/faults/simulate/users/searcher.h"
 #include "tests/faults/simulate/work.h"
 
 namespace parallax::faults {

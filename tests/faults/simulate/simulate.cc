@@ -25,7 +25,7 @@ namespace {
 
 constexpr uint64_t kSeedsForControls = 200;
 constexpr size_t kKeptSeedsToRunTwice = 5;
-constexpr int64_t kSeedsForAllPoints = 500;
+constexpr int64_t kSeedsForAllPoints = 1500;
 constexpr int kFoundSomething = 3;  // Exit status of a child.
 constexpr unsigned kMostChildren = 64;
 constexpr time_t kMostCpu_s = 120;  // Of a run.

@@ -4,11 +4,11 @@
 #include <memory>
 
 #include "tests/faults/experiment.h"
-#include "tests/faults/simulate/client.h"
-#include "tests/faults/simulate/consumer.h"
+#include "tests/faults/simulate/users/client.h"
+#include "tests/faults/simulate/users/consumer.h"
 #include "tests/faults/simulate/coordinator.h"
 #include "tests/faults/simulate/exact_math.h"
-#include "tests/faults/simulate/searcher.h"
+#include "tests/faults/simulate/users/searcher.h"
 #include "tests/faults/simulate/worker.h"
 
 namespace parallax::faults {

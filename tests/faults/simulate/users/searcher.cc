@@ -1,4 +1,4 @@
-#include "tests/faults/simulate/searcher.h"
+#include "tests/faults/simulate/users/searcher.h"
 
 #include <cmath>
 

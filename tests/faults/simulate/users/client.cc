@@ -1,4 +1,4 @@
-#include "tests/faults/simulate/client.h"
+#include "tests/faults/simulate/users/client.h"
 
 #include <algorithm>
 

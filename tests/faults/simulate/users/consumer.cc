@@ -1,4 +1,4 @@
-#include "tests/faults/simulate/consumer.h"
+#include "tests/faults/simulate/users/consumer.h"
 
 #include <fmt/core.h>
 

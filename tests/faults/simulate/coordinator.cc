@@ -2,6 +2,7 @@
 
 #include <sqlite3.h>
 
+#include <regex>
 #include <utility>
 
 #include "coordinator/rpc/validation.h"
@@ -54,13 +55,14 @@ VfsPlan SimCoordinator::DrawPlan() {
   VfsPlan plan{.lose_unsynced = true, .seed = dice_.Bits64()};
   dies_at_.reset();
   if (!world_.has_faults || IsInCrashLoop()) return plan;
-  // Half of the lives end at one of the operations on files, if they come so far.
-  if (world_.knobs.coordinator_life_s > 0 && dice_.Bernoulli(0.5)) {
+  // Some lives end at one of the operations on files, others at a step of a command, if they come
+  // so far.
+  if (world_.knobs.coordinator_life_s > 0 && dice_.Bernoulli(0.3)) {
     plan.die_at = dice_.UniformInt(1, dice_.Bernoulli(0.3) ? 60 : 3000);
     plan.lose_unsynced = dice_.Bernoulli(world_.knobs.power_cut_p);
-  } else if (world_.knobs.coordinator_life_s > 0 && dice_.Bernoulli(0.6)) {
+  } else if (world_.knobs.coordinator_life_s > 0 && dice_.Bernoulli(0.8)) {
     std::vector<std::string> seldom;  // Commands that most runs have not.
-    if (world_.knobs.has_files) seldom = {"repair", "scrub", "forget_litter"};
+    if (world_.knobs.has_files) seldom = {"repair", "repair", "scrub", "forget_litter"};
     if (world_.knobs.has_search) seldom.push_back("search");
     if (world_.knobs.has_stream) seldom.push_back("stream");
     dies_at_ = Points::Draw(seldom, dice_);
@@ -201,9 +203,10 @@ void SimCoordinator::BackUpLater(int life) {
   });
 }
 
-// Without the name of the run's folder, which is another each time.
+// Without the name of the run's folder and the store's id, which are others each time.
 std::string SimCoordinator::Plain(const absl::Status& status) const {
-  std::string text = status.ToString();
+  static const std::regex* const id = new std::regex("[0-9a-f]{32}");
+  std::string text = std::regex_replace(status.ToString(), *id, "ID");
   for (size_t at = 0; (at = text.find(folder_)) != std::string::npos;)
     text.erase(at, folder_.size());
   return text;

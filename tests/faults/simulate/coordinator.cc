@@ -17,6 +17,7 @@ namespace {
 struct ProcessEnds {};
 
 constexpr double kTicksPerLease = 20;
+constexpr int kMostStarts = 10'000;  // More of them lead nowhere.
 
 Rng DriftOf(const World& world) { return world.rng.Child("coordinator"); }
 
@@ -88,7 +89,7 @@ absl::Status SimCoordinator::Pass(const std::string& command, int step) {
 
 void SimCoordinator::Start() {
   if (is_up() || refused_) return;
-  ++lives_;
+  if (++lives_ > kMostStarts) return model_.Complain("the coordinator starts again and again");
   const double upgrade_at_s = world_.knobs.upgrade_at_s;
   release_ = upgrade_at_s > 0 && world_.schedule.now() >= upgrade_at_s ? 1 : 0;
   SetVfsPlan(DrawPlan());

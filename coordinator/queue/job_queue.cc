@@ -123,8 +123,8 @@ absl::Status JobQueue::Impl::Open() {
   if (options_.unsafe_for_test.synchronous_off) {
     RETURN_IF_ERROR(db_->Execute("PRAGMA synchronous = OFF"));
   }
-  ASSIGN_OR_RETURN(
-      epoch_, RaiseEpoch(*db_, options_.clock->UnixSeconds(), options_.unsafe_for_test.keep_epoch));
+  ASSIGN_OR_RETURN(epoch_, RaiseEpoch(*db_, options_.clock->UnixSeconds(), options_.versions,
+                                      options_.unsafe_for_test.keep_epoch));
   RETURN_IF_ERROR(lock_->NoteLog(true));
   ASSIGN_OR_RETURN(database_id_, DatabaseId(*db_));
   RETURN_IF_ERROR(WithContext(EnterKinds(*db_, *options_.kinds), options_.db_path));
@@ -159,7 +159,10 @@ absl::Status JobQueue::Impl::Open() {
   hooks.due = [this] { return upkeep_->IsDue(); };
   if (options_.own_timer) hooks.tick_s = std::clamp(options_.lease_s / 20, 0.01, 0.5);
   writer_ = std::make_unique<Writer>(*db_, *machine_, options_, std::move(hooks));
-  return absl::OkStatus();
+  ASSIGN_OR_RETURN(const std::vector<int64_t> others,
+                   LeasesOfOtherVersions(*db_, options_.versions, *options_.kinds));
+  if (others.empty()) return absl::OkStatus();
+  return Do("worker_lost", [&](Machine& machine) { return machine.reports().EndEarlier(others); });
 }
 
 absl::Status JobQueue::Impl::OpenStore() {

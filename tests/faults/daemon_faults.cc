@@ -1,4 +1,4 @@
-// Experiments 1, 3, 4 and 5: faults of whole daemons and of the network between them.
+// Experiments 3, 4 and 5: faults of whole daemons and of the network between them.
 #include <grpcpp/grpcpp.h>
 #include <signal.h>
 
@@ -6,9 +6,6 @@
 #include <filesystem>
 #include <set>
 
-#include "common/base/hash.h"
-#include "common/base/system/file.h"
-#include "common/base/version.h"
 #include "common/rpc/endpoint.h"
 #include "common/rpc/grpc_status.h"
 #include "coordinator/queue/job_queue.h"
@@ -20,66 +17,6 @@ namespace parallax::faults {
 namespace {
 
 using SteadyClock = std::chrono::steady_clock;
-
-// A worker that takes one lease and is never heard of again, until it reports.
-class Ghost {
- public:
-  Ghost(v1::Coordinator::Stub& stub, const std::string& name) : stub_(stub), name_(name) {
-    SetRpcTimeout(context_, std::chrono::seconds(60));
-    stream_ = stub.Work(&context_);
-    v1::WorkerMessage hello;
-    hello.mutable_hello()->set_name(name);
-    hello.mutable_hello()->set_protocol(kWorkProtocol);
-    hello.mutable_hello()->add_kinds("solve");
-    hello.mutable_hello()->add_kinds("render");
-    hello.mutable_hello()->set_slots(1);
-    stream_->Write(hello);
-    v1::WorkerMessage credit;
-    credit.mutable_credit()->set_jobs(1);
-    stream_->Write(credit);
-    v1::CoordinatorMessage message;
-    while (!lease_.has_attempt() && stream_->Read(&message)) {
-      if (message.has_lease()) lease_ = message.lease();
-    }
-  }
-  ~Ghost() {
-    context_.TryCancel();
-    v1::CoordinatorMessage message;
-    while (stream_->Read(&message)) {
-    }
-    stream_->Finish().IgnoreError();
-  }
-
-  bool has_lease() const { return lease_.has_attempt(); }
-  absl::StatusOr<v1::ReportOutcome> Report() {
-    v1::CompleteRequest request;
-    *request.mutable_attempt() = lease_.attempt();
-    request.set_worker(name_);
-    if (lease_.kind() == "solve") {
-      const v1::SolveJob job = SolveOf(lease_);
-      v1::SolveResult result;
-      result.mutable_scene()->set_scene_seed(job.scene_seed());
-      for (int i = 0; i < job.config().rigs().count(); ++i) {
-        result.mutable_scene()->add_rigs()->set_index(static_cast<uint32_t>(i));
-      }
-      SetResult(result, request);
-    } else {
-      SetResult(v1::RenderResult(), request);
-    }
-    grpc::ClientContext context;
-    SetRpcTimeout(context, std::chrono::seconds(10));
-    v1::ReportReply reply;
-    RETURN_IF_ERROR(FromGrpc(stub_.Complete(&context, request, &reply)));
-    return reply.outcome();
-  }
-
- private:
-  v1::Coordinator::Stub& stub_;
-  const std::string name_;
-  grpc::ClientContext context_;
-  std::unique_ptr<grpc::ClientReaderWriter<v1::WorkerMessage, v1::CoordinatorMessage>> stream_;
-  v1::Lease lease_;
-};
 
 bool PairsDone(const v1::StudyStatus& status, int64_t pairs) {
   return status.variants(0).pairs_done() >= pairs;
@@ -101,66 +38,7 @@ void CheckNobodyBlamed(const v1::StudyStatus& status, Tally& tally) {
   }
 }
 
-std::string HashOfPublished(Farm& farm, int64_t study, Tally& tally) {
-  std::string text;
-  for (const auto& [key, frame] : farm.Frames(study, tally)) {
-    text += frame.path + "\n";
-    for (const auto& [name, sha256] : frame.sha256) {
-      const auto bytes = ReadFile(farm.store() + "/" + frame.path + "/" + name);
-      text += name + " " + (bytes.ok() ? Sha256Hex(*bytes) : bytes.status().ToString()) + "\n";
-    }
-  }
-  return Sha256Hex(text);
-}
-
 }  // namespace
-
-// ---- 1: the zombie
-void Zombie(const ExperimentOptions& options, Tally& tally) {
-  double late = 0;
-  for (int round = 0; round < options.rounds; ++round) {
-    Rng rng = RoundRng(options, "zombie", round);
-    Farm farm({.lease_s = 1});
-    farm.StartCoordinator();
-    const StudyShape shape{.pairs = 16};
-    const int64_t study = farm.Submit(shape);
-    Ghost ghost(farm.stub(), "ghost");
-    const auto zombie = farm.StartWorker("zombie", rng.UniformInt(5, 80));
-    farm.WaitFor(study, [](const v1::StudyStatus& status) { return PairsDone(status, 2); });
-    Sleep(rng.Uniform(0, 0.1));
-    zombie->Signal(SIGSTOP);
-    tally.faults += 2;
-    const auto heir = farm.StartWorker("heir", 3);
-    if (!farm.WaitForEnd(study)) tally.Lost("the study does not end beside a stopped worker");
-    const std::string before = HashOfPublished(farm, study, tally);
-
-    zombie->Signal(SIGCONT);
-    if (!ghost.has_lease()) {
-      tally.Lost("the ghost got no lease");
-    } else {
-      const auto outcome = ghost.Report();
-      if (!outcome.ok() || *outcome != v1::REPORT_OUTCOME_STALE_FENCE) {
-        tally.Doubled("a late report was answered " + (outcome.ok()
-                                                           ? v1::ReportOutcome_Name(*outcome)
-                                                           : outcome.status().ToString()));
-      }
-    }
-    // The zombie has recovered if it ends in good order.
-    zombie->Signal(SIGTERM);
-    const int end = zombie->Wait(Process::Seconds(20));
-    if (end != 0 && end != 4) tally.Lost("the zombie ended with " + std::to_string(end));
-    const double stale = farm.Metric("parallax_reports_total{outcome=\"STALE_FENCE\"}");
-    late += std::max(0.0, stale);
-    if (HashOfPublished(farm, study, tally) != before) {
-      tally.Doubled("published bytes changed after the zombie woke");
-    }
-    Drain(*heir, tally);
-    farm.CheckPairs(study, static_cast<size_t>(shape.pairs), tally);
-    farm.StopAndAudit(tally, "zombie, round " + std::to_string(round));
-    ++tally.rounds;
-  }
-  tally.figures["late_reports_answered_stale"] = late;
-}
 
 // ---- 3: kill -9 of the coordinator
 namespace {
@@ -289,9 +167,6 @@ void Outboxes(const ExperimentOptions& options, Tally& tally) {
     first->Wait();
     finished = JobsInOutboxes(farm);
     tally.faults += 2;
-    if (options.sabotage == "no-outbox") {
-      std::filesystem::remove_all(farm.folder() + "/outbox");
-    }
     farm.StartCoordinator();
     const auto second = farm.StartWorker("second", 3);
     if (!farm.WaitForEnd(study)) tally.Lost("the study does not end");

@@ -18,14 +18,15 @@ namespace parallax::faults {
 struct ExperimentOptions {
   int rounds = 1;
   uint64_t seed = 1;
-  bool full = false;     // Every point instead of a sample.
-  int64_t jobs = 0;      // 0: the experiment's own.
-  double seconds = 0;    // How long the chaos lasts; 0: the experiment's own.
-  int64_t rows = 0;      // kill-coordinator: jobs that the database holds before.
-  std::string sabotage;  // A guard to switch off; see controls.
-  std::string old_bin;   // versions: folder with programs of an older release.
-  std::string seeds;     // simulate: "5..9".
-  bool trace = false;    // simulate: tell the story of one seed.
+  bool full = false;      // Every point instead of a sample.
+  int64_t jobs = 0;       // 0: the experiment's own.
+  double seconds = 0;     // How long the chaos lasts; 0: the experiment's own.
+  int64_t rows = 0;       // kill-coordinator: jobs that the database holds before.
+  std::string guard;      // simulate-controls: the one guard to switch off; empty: all, one by one.
+  std::string old_bin;    // versions: folder with programs of an older release.
+  std::string seeds;      // simulate: "5..9".
+  int64_t new_seeds = 0;  // simulate: run the kept seeds, then so many that are new each time.
+  bool trace = false;     // simulate: tell the stories of the seeds.
 };
 
 struct Tally {
@@ -46,23 +47,17 @@ struct Tally {
 
 using Experiment = std::function<void(const ExperimentOptions&, Tally&)>;
 
-void FailPoints(const ExperimentOptions& options, Tally& tally);
-void FilePoints(const ExperimentOptions& options, Tally& tally);
 void DaemonFilePoints(const ExperimentOptions& options, Tally& tally);
 void Versions(const ExperimentOptions& options, Tally& tally);
-void PowerCut(const ExperimentOptions& options, Tally& tally);
-void Zombie(const ExperimentOptions& options, Tally& tally);
 void KillCoordinator(const ExperimentOptions& options, Tally& tally);
 void Outboxes(const ExperimentOptions& options, Tally& tally);
 void LostReplies(const ExperimentOptions& options, Tally& tally);
 void Partitions(const ExperimentOptions& options, Tally& tally);
-void ClockJumps(const ExperimentOptions& options, Tally& tally);
 void Poison(const ExperimentOptions& options, Tally& tally);
 void Invariance(const ExperimentOptions& options, Tally& tally);
 void Simulate(const ExperimentOptions& options, Tally& tally);
 void SimulateControls(const ExperimentOptions& options, Tally& tally);
 void Strangers(const ExperimentOptions& options, Tally& tally);
-void InvarianceOfWaits(const ExperimentOptions& options, Tally& tally);  // A part of it.
 
 // A folder of this process's own, gone with it; if the process is killed, with the next one.
 class TempFolder {
@@ -78,9 +73,6 @@ class TempFolder {
  private:
   std::string path_;
 };
-
-// Runs `life` in a child process. Its exit status, or 128 + signal.
-int InChild(const std::function<void()>& life);
 
 Rng RoundRng(const ExperimentOptions& options, const std::string& experiment, int round);
 

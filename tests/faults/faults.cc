@@ -1,7 +1,5 @@
 // The fault experiments of the job system. See README.md; `faults --help` lists them. Each prints
 // one line of JSON and ends with 0 when nothing was lost or doubled and the auditor was content.
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <iostream>
@@ -21,17 +19,13 @@ struct Entry {
 };
 
 const Entry kExperiments[] = {
-    {"fail-points", "6: kill -9 at each step of each command of the queue", FailPoints},
-    {"file-points", "6: kill -9 at each operation on the queue's files", FilePoints},
     {"daemon-file-points",
      "6: kill -9 of worker and coordinator at each operation on outputs, outbox and store",
      DaemonFilePoints},
-    {"zombie", "1: a stopped worker wakes when its jobs are done by others", Zombie},
     {"kill-coordinator", "3: kill -9 of the coordinator under load", KillCoordinator},
     {"outbox", "3: a worker dies with finished work that nobody was there to take", Outboxes},
     {"lost-replies", "4: a fifth of all replies is lost after the commit", LostReplies},
     {"partitions", "5: stalls, half-open streams, cuts and partitions", Partitions},
-    {"clock-jumps", "5: wall clocks jump by up to an hour", ClockJumps},
     {"poison", "7: jobs that crash, hang and eat memory; a worker that fails everything", Poison},
     {"invariance", "10: the real study in peace and under all of it: the same dataset", Invariance},
     {"versions", "9: an older release's worker and database; with --old, its programs under load",
@@ -40,23 +34,7 @@ const Entry kExperiments[] = {
     {"simulate", "12: the whole job system in one thread, decided by a seed", Simulate},
     {"simulate-controls", "12: switches guards off; each must be found within 200 seeds",
      SimulateControls},
-    {"power-cut", "2: power cuts; what was not synced is lost in part and out of order", PowerCut},
 };
-
-// An experiment that must fail when its guard is switched off.
-struct Control {
-  const char* sabotage;
-  const char* help;
-  Experiment run;
-};
-const Control kControls[] = {
-    {"synchronous-off", "the database without fsync, under power cuts", PowerCut},
-    {"no-fence-check", "reports under any fence are accepted", PowerCut},
-    {"no-epoch-bump", "a start goes on with the last epoch", PowerCut},
-    {"no-outbox", "what a dead worker had finished is forgotten", Outboxes},
-};
-
-constexpr int kQueueStopsItself = 70;  // coordinator/queue/writer.cc
 
 std::string CommandLine(int argc, char** argv) {
   std::string line;
@@ -85,8 +63,8 @@ int Main(int argc, char** argv) {
   CLI::App app("Breaks the job system on purpose and looks for what was lost or done twice.");
   app.require_subcommand(1);
   ExperimentOptions options;
-  const auto declare = [&](const char* name, const char* help) {
-    CLI::App* command = app.add_subcommand(name, help);
+  for (const Entry& entry : kExperiments) {
+    CLI::App* command = app.add_subcommand(entry.name, entry.help);
     command->add_option("--rounds", options.rounds, "Rounds, each from its own seed (default 1)");
     command->add_option("--seed", options.seed, "Of all that is drawn (default 1)");
     command->add_flag("--full", options.full, "Every point instead of a sample of each round's");
@@ -95,23 +73,15 @@ int Main(int argc, char** argv) {
         "--old", options.old_bin,
         "versions: folder with `coordinator` and `noop_worker` of an older release");
     command->add_option("--seconds", options.seconds,
-                        "invariance: seconds of kills and stops (default 20); simulate: run kept "
-                        "seeds, then new ones for so long");
+                        "invariance: seconds of kills and stops (default 20)");
     command->add_option("--seeds", options.seeds,
                         "simulate: the first and the last, as in 1..1000");
-    command->add_flag("--trace", options.trace, "simulate: tell what happens with --seed");
+    command->add_option("--new", options.new_seeds,
+                        "simulate: the kept seeds, then so many that are new each time");
+    command->add_flag("--trace", options.trace, "simulate: tell what happens in these seeds");
+    command->add_option("--guard", options.guard, "simulate-controls: switch this one off");
     command->add_option("--rows", options.rows, "kill-coordinator: jobs in the database before");
-    return command;
-  };
-  for (const Entry& entry : kExperiments) declare(entry.name, entry.help);
-  std::string control_name;
-  CLI::App* control_command =
-      declare("control", "Switches a guard off and ends with 0 if the experiment notices");
-  std::string control_help = "One of:";
-  for (const Control& control : kControls) {
-    control_help += std::string(" ") + control.sabotage + " (" + control.help + ");";
   }
-  control_command->add_option("GUARD", control_name, control_help)->required();
   CLI11_PARSE(app, argc, argv);
 
   InitLogging({.level = LogLevel::kError, .program = "faults"});
@@ -120,25 +90,6 @@ int Main(int argc, char** argv) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };
   const std::string line = CommandLine(argc, argv);
-  if (control_command->parsed()) {
-    for (const Control& control : kControls) {
-      if (control.sabotage != control_name) continue;
-      options.sabotage = control_name;
-      const int end = InChild([&] {
-        Tally tally;
-        control.run(options, tally);
-        _exit(Report("control " + control_name, tally, wall_s(), line) != 0 ? 0 : 1);
-      });
-      // A queue that stops itself before a damaged database has noticed, too.
-      const bool noticed = end == 0 || end == kQueueStopsItself;
-      std::cerr << (noticed ? "noticed, as it must be"
-                            : "NOT NOTICED: ended with " + std::to_string(end))
-                << std::endl;
-      return noticed ? 0 : 1;
-    }
-    std::cerr << "no such guard; " << control_help << std::endl;
-    return 2;
-  }
   for (const Entry& entry : kExperiments) {
     if (!app.got_subcommand(entry.name)) continue;
     Tally tally;

@@ -256,7 +256,6 @@ void Invariance(const ExperimentOptions& options, Tally& tally) {
     }
     ++tally.rounds;
   }
-  InvarianceOfWaits(options, tally);
   tally.figures["files_compared"] = static_cast<double>(calm.exact.size());
   std::fprintf(stderr, "dataset hash %s\n", calm.Hash().c_str());
 }

@@ -334,6 +334,16 @@ absl::StatusOr<int> Reports::WorkerLeft(const std::string& worker) {
   return LoseAll(worker, LossKind::kReturned, "worker " + worker + " drained and left");
 }
 
+absl::Status Reports::EndEarlier(const std::vector<int64_t>& jobs) {
+  for (const int64_t id : jobs) {
+    ASSIGN_OR_RETURN(const JobRow job, tables_.jobs.Get(id));
+    RETURN_IF_ERROR(LoseAttempt(job, LossKind::kReturned,
+                                "the coordinator has other versions of its stages", true,
+                                tables_.Now()));
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<int> Reports::LoseAll(const std::string& worker, LossKind kind,
                                      const std::string& reason) {
   const double now = tables_.Now();

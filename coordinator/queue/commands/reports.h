@@ -47,6 +47,9 @@ class Reports {
                                                    bool same_process);
   absl::StatusOr<int> WorkerLost(const std::string& worker);
   absl::StatusOr<int> WorkerLeft(const std::string& worker);
+  // Ends leases that an earlier start gave, when the stages of the jobs had other versions: what
+  // comes of them would be taken for results of these versions.
+  absl::Status EndEarlier(const std::vector<int64_t>& jobs);
   // Ends leases that were not heard of in time.
   absl::Status Expire(const std::vector<LeaseRef>& leases);
 

@@ -13,9 +13,20 @@ namespace {
 constexpr size_t kMostLimitsText = 2000;
 constexpr double kEpochZeroUnixS = 1577836800;  // 2020-01-01
 
+// What is kept of a program: "0.3.0: layout 27, scene 27,".
+std::string WordOf(const std::string& stage, const StageVersions& versions) {
+  return " " + stage + " " + VersionOf(versions, stage) + ",";
+}
+std::string ProgramText(const StageVersions& versions) {
+  std::string text = std::string(kProgramVersion) + ":";
+  for (const auto& [stage, version] : ListVersions(versions)) text += WordOf(stage, versions);
+  return text;
+}
+
 }  // namespace
 
-absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s, bool keep_epoch) {
+absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s,
+                                    const StageVersions& versions, bool keep_epoch) {
   ASSIGN_OR_RETURN(const auto last, db.Integer("SELECT max(epoch) FROM epochs"));
   if (keep_epoch && last) return static_cast<uint64_t>(*last);
   RETURN_IF_ERROR(db.Run("BEGIN IMMEDIATE"));
@@ -23,9 +34,29 @@ absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s, boo
                                                1, (int64_t{1} << 31) - 1);
   const int64_t epoch = std::max(last.value_or(0) + 1, by_clock);
   RETURN_IF_ERROR(db.Run("INSERT INTO epochs(epoch, started_unix_s, program) VALUES (?1, ?2, ?3)",
-                         epoch, now_unix_s, kProgramVersion));
+                         epoch, now_unix_s, ProgramText(versions)));
   RETURN_IF_ERROR(db.Run("COMMIT"));
   return static_cast<uint64_t>(epoch);
+}
+
+absl::StatusOr<std::vector<int64_t>> LeasesOfOtherVersions(SqliteConnection& db,
+                                                           const StageVersions& versions,
+                                                           const KindRegistry& kinds) {
+  std::vector<int64_t> others;
+  SqliteQuery leased(db,
+                     "SELECT j.id, j.kind, e.program FROM jobs AS j"
+                     " JOIN epochs AS e ON e.epoch = j.fence >> 32 WHERE j.state = 'LEASED'");
+  while (leased.Next()) {
+    ASSIGN_OR_RETURN(const KindId kind, kinds.IdOf(leased.Text(1)));
+    const std::vector<std::string>& stages = kinds[kind].traits().stages;
+    if (std::any_of(stages.begin(), stages.end(), [&](const std::string& stage) {
+          return leased.Text(2).find(WordOf(stage, versions)) == std::string_view::npos;
+        })) {
+      others.push_back(leased.Int(0));
+    }
+  }
+  RETURN_IF_ERROR(leased.status());
+  return others;
 }
 
 absl::Status NoteUnheard(SqliteConnection& db, double now_unix_s) {

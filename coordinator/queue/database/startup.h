@@ -5,8 +5,10 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "common/base/status.h"
+#include "common/base/version.h"
 #include "common/config/check/limit_rules.h"
 #include "coordinator/queue/database/sqlite.h"
 #include "coordinator/queue/job_kind.h"
@@ -14,9 +16,14 @@
 namespace parallax {
 
 // Commits and returns a new epoch. It is greater than the last one and at least the clock's time,
-// so a restored backup, which does not have later epochs, starts above them as well. With
-// `keep_epoch`, returns the last epoch, for fault tests.
-absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s, bool keep_epoch);
+// so a restored backup, which does not have later epochs, starts above them as well. The database
+// keeps the versions with it. With `keep_epoch`, returns the last epoch, for fault tests.
+absl::StatusOr<uint64_t> RaiseEpoch(SqliteConnection& db, double now_unix_s,
+                                    const StageVersions& versions, bool keep_epoch);
+// Returns the jobs that are leased since an epoch in which a stage of theirs had another version.
+absl::StatusOr<std::vector<int64_t>> LeasesOfOtherVersions(SqliteConnection& db,
+                                                           const StageVersions& versions,
+                                                           const KindRegistry& kinds);
 
 // Commits which workers have leases and are unheard since this start, beside those that are so
 // since an earlier one.

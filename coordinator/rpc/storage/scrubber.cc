@@ -38,6 +38,7 @@ ScrubFigures Scrubber::figures() const {
 
 bool Scrubber::WaitFor(double seconds) {
   std::unique_lock lock(mu_);
+  if (seconds <= 0) return !stopping_;
   return !stop_.wait_for(lock, std::chrono::duration<double>(seconds),
                          [this] { return stopping_; });
 }

@@ -75,8 +75,11 @@ class LeaseInbox {
   // all notes. Returns whether work may be ready.
   bool Take(SteadyTime deadline, std::deque<LeaseNote>* notes) {
     std::unique_lock lock(mu_);
-    changed_.wait_until(lock, deadline,
-                        [this] { return !notes_.empty() || work_ready_ || poked_; });
+    // A wait for nothing costs a call of the system.
+    if (deadline > SteadyTime()) {
+      changed_.wait_until(lock, deadline,
+                          [this] { return !notes_.empty() || work_ready_ || poked_; });
+    }
     notes->swap(notes_);
     poked_ = false;
     return std::exchange(work_ready_, false);

@@ -90,6 +90,21 @@ TEST_F(Drains, TheAuditOfAStudyHasItsOwnEntries) {
   EXPECT_THAT(*queue_->ListAudit(request), SizeIs(1));
 }
 
+// ---- Upgrades
+using Upgrades = QueueTest;
+
+TEST_F(Upgrades, AStartWithOtherVersionsEndsLeasesWhoseResultsItWouldTakeForItsOwn) {
+  Submit({.pairs = 4});
+  EXPECT_EQ(Complete(Answer(LeaseOne(Solver("s")), "s")), v1::REPORT_OUTCOME_OK);
+  const v1::Lease solve = LeaseOne(Solver("s"));
+  const v1::Lease render = LeaseOne(Renderer("r"));
+  options_.versions.frame = "next";
+  Reopen();
+  EXPECT_EQ(Complete(Answer(render, "r")), v1::REPORT_OUTCOME_STALE_FENCE);
+  EXPECT_EQ(Complete(Answer(solve, "s")), v1::REPORT_OUTCOME_OK);
+  EXPECT_EQ(Complete(Answer(LeaseOne(Renderer("r")), "r")), v1::REPORT_OUTCOME_OK);
+}
+
 // ---- Attempts
 class Attempts : public TrainQueueTest {
  protected:

@@ -1,8 +1,9 @@
 // The part of a simulated worker that does the work and reports it.
 #include <algorithm>
-#include <cmath>
 
-#include "tests/faults/life.h"
+#include "tests/coordinator/queue/train_fixture.h"
+#include "tests/faults/simulate/exact_math.h"
+#include "tests/faults/simulate/work.h"
 #include "tests/faults/simulate/worker.h"
 #include "tests/job_messages.h"
 #include "tests/noop/noop_kind.h"
@@ -25,7 +26,7 @@ void SimWorker::Begin(Run& run) {
   run.working = true;
   run.started = clock_.Steady();
   // Most jobs are short, few are ten times as long.
-  run.duration_s = world_.knobs.job_s * -std::log(1 - dice_.Uniform()) + 1e-4;
+  run.duration_s = world_.knobs.job_s * -Log(1 - dice_.Uniform()) + 1e-4;
   if (world_.has_faults && dice_.Bernoulli(0.03)) run.duration_s *= 10;
   const Key key{run.lease.attempt().job_id(), run.lease.attempt().fence()};
   if (world_.has_faults && dice_.Bernoulli(world_.knobs.kill_p)) {
@@ -94,6 +95,7 @@ Report SimWorker::ReportOf(const Run& run) {
 void SimWorker::Submit(Report report) {
   if (!process_->outbox->Put(report).ok()) std::abort();
   unanswered_.insert({report.attempt().job_id(), report.attempt().fence()});
+  coordinator_.model().Made(report.attempt(), process_->release);
   process_->reports->Add(std::move(report), /*leftover=*/false);
   SendNext();
 }

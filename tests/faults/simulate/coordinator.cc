@@ -2,11 +2,13 @@
 
 #include <sqlite3.h>
 
+#include <regex>
 #include <utility>
 
 #include "coordinator/rpc/validation.h"
 #include "coordinator/rpc/workers/output_check.h"
-#include "tests/faults/life.h"
+#include "tests/faults/simulate/users/searcher.h"
+#include "tests/faults/simulate/work.h"
 
 namespace parallax::faults {
 namespace {
@@ -15,6 +17,7 @@ namespace {
 struct ProcessEnds {};
 
 constexpr double kTicksPerLease = 20;
+constexpr int kMostStarts = 10'000;  // More of them lead nowhere.
 
 Rng DriftOf(const World& world) { return world.rng.Child("coordinator"); }
 
@@ -30,12 +33,13 @@ SimCoordinator::SimCoordinator(World& world, const std::string& folder)
               .grace_s = std::min(world.knobs.queue.lease_s, world.knobs.reconnect_grace_s),
               .slack_s = 8 * world.knobs.turn_s,
               .user_running = world.knobs.user_running,
+              .pairs_stay = !world.knobs.has_files,
               .disk_lies = world.knobs.disk_errs || world.knobs.lie != Lie::kNone},
              clock_),
       dice_(world.rng.Child("coordinator/events")),
       liar_(folder),
       disk_(folder) {
-  if (world.knobs.has_stream) model_.HasStreams();
+  if (world.knobs.has_stream || world.knobs.has_search) model_.HasOtherStudies();
   RegisterPowerCutVfs();
   // Random numbers of SQLite become the same for the same seed.
   sqlite3_test_control(SQLITE_TESTCTRL_PRNG_SEED, static_cast<int>(world.seed % 0x7fffffff) + 1,
@@ -49,12 +53,21 @@ SimCoordinator::~SimCoordinator() {
 }
 
 VfsPlan SimCoordinator::DrawPlan() {
-  VfsPlan plan{.lose_unsynced = true, .seed = dice_.Bits64(), .in_process = true};
+  VfsPlan plan{.lose_unsynced = true, .seed = dice_.Bits64()};
+  dies_at_.reset();
   if (!world_.has_faults || IsInCrashLoop()) return plan;
-  // Half of the lives end at one of the operations on files, if they come so far.
-  if (world_.knobs.coordinator_life_s > 0 && dice_.Bernoulli(0.5)) {
+  // Some lives end at one of the operations on files, others at a step of a command, if they come
+  // so far.
+  if (world_.knobs.coordinator_life_s > 0 && dice_.Bernoulli(0.3)) {
     plan.die_at = dice_.UniformInt(1, dice_.Bernoulli(0.3) ? 60 : 3000);
     plan.lose_unsynced = dice_.Bernoulli(world_.knobs.power_cut_p);
+  } else if (world_.knobs.coordinator_life_s > 0 && dice_.Bernoulli(0.8)) {
+    std::vector<std::string> seldom;  // Commands that most runs have not.
+    if (world_.knobs.has_files) seldom = {"repair", "repair", "scrub", "forget_litter"};
+    if (world_.knobs.has_search) seldom.push_back("search");
+    if (world_.knobs.has_stream) seldom.push_back("stream");
+    dies_at_ = Points::Draw(seldom, dice_);
+    dies_of_power_ = dice_.Bernoulli(world_.knobs.power_cut_p);
   }
   if (world_.knobs.disk_errs && dice_.Bernoulli(0.7)) {
     plan.errors = {.at = dice_.UniformInt(1, dice_.Bernoulli(0.3) ? 100 : 5000),
@@ -65,9 +78,20 @@ VfsPlan SimCoordinator::DrawPlan() {
   return plan;
 }
 
+// Some lives end at a fail point of the queue.
+absl::Status SimCoordinator::Pass(const std::string& command, int step) {
+  if (VfsHasEnded()) throw ProcessEnds();
+  if (!world_.has_faults || !points_.Pass({command, step}, *dies_at_)) return absl::OkStatus();
+  world_.story.Tell("coordinator: is at step {} of {}", step, command);
+  EndVfs(dies_of_power_);
+  throw ProcessEnds();
+}
+
 void SimCoordinator::Start() {
   if (is_up() || refused_) return;
-  ++lives_;
+  if (++lives_ > kMostStarts) return model_.Complain("the coordinator starts again and again");
+  const double upgrade_at_s = world_.knobs.upgrade_at_s;
+  release_ = upgrade_at_s > 0 && world_.schedule.now() >= upgrade_at_s ? 1 : 0;
   SetVfsPlan(DrawPlan());
   model_.Starts();
   absl::Status status;
@@ -80,7 +104,7 @@ void SimCoordinator::Start() {
     HandleFatal(status);
     return Bury("does not start");
   }
-  model_.Started(queue().epoch());
+  model_.Started(queue().epoch(), release_);
   world_.story.Tell("coordinator: starts, epoch {:x}", queue().epoch());
   const int life = lives_;
   if (world_.has_faults && world_.knobs.coordinator_life_s > 0) {
@@ -98,7 +122,12 @@ void SimCoordinator::Start() {
     }
   }
   TickLater(life);
-  if (world_.knobs.has_stream) KeepStreamsLater(life);
+  const double lease_s = world_.knobs.queue.lease_s;
+  if (world_.knobs.has_stream) Often(life, lease_s / 10, [this] { return streams().Tick(); });
+  if (world_.knobs.has_search) Often(life, lease_s / 10, [this] { return searches().Tick(); });
+  if (!world_.knobs.queue.notice_targets.empty()) {
+    Often(life, lease_s / 2, [this] { return DeliverNotices(); });
+  }
   if (world_.knobs.has_files) LookIntoStoreLater(life);
   Enter([this] { model_.Compare(queue(), /*at_end=*/false); });
 }
@@ -109,6 +138,12 @@ absl::Status SimCoordinator::OpenQueue() {
   options.vfs = kPowerCutVfs;
   options.clock = &clock_;
   options.kinds = &Kinds();
+  if (!world_.mutation.any_version) options.versions = versions();
+  if (dies_at_) {
+    options.fail_point = [this](const std::string& command, int step) {
+      return Pass(command, step);
+    };
+  }
   auto life = std::make_unique<Life>();
   options.open_store = [this,
                         &life = *life](const KnownStore& known) -> absl::StatusOr<std::string> {
@@ -129,6 +164,7 @@ absl::Status SimCoordinator::OpenQueue() {
       *life->queue, life->pool, clock_, world_.knobs.reconnect_grace_s, /*own_thread=*/false);
   life->queue->SetObserver(this);
   life->streams = std::make_unique<StreamKeeper>(*life->queue, clock_);
+  life->searches = std::make_unique<SearchKeeper>(*life->queue, clock_, ScorerOf(*life->queue));
   life_ = std::move(life);
   return absl::OkStatus();
 }
@@ -138,7 +174,8 @@ absl::Status SimCoordinator::OpenOrPutBack() {
                     lives_ >= world_.knobs.lie_at &&
                     (world_.knobs.lie != Lie::kOlder || backup_ != nullptr);
   if (!lies) return OpenQueue();
-  SetVfsPlan({.lose_unsynced = true, .seed = dice_.Bits64(), .in_process = true});
+  SetVfsPlan({.lose_unsynced = true, .seed = dice_.Bits64()});
+  dies_at_.reset();
   const std::string what = liar_.Tell(world_.knobs.lie, dice_, clock_.UnixSeconds());
   model_.DiskLies();
   world_.story.Tell("coordinator: {}", what);
@@ -167,9 +204,10 @@ void SimCoordinator::BackUpLater(int life) {
   });
 }
 
-// Without the name of the run's folder, which is another each time.
+// Without the name of the run's folder and the store's id, which are others each time.
 std::string SimCoordinator::Plain(const absl::Status& status) const {
-  std::string text = status.ToString();
+  static const std::regex* const id = new std::regex("[0-9a-f]{32}");
+  std::string text = std::regex_replace(status.ToString(), *id, "ID");
   for (size_t at = 0; (at = text.find(folder_)) != std::string::npos;)
     text.erase(at, folder_.size());
   return text;

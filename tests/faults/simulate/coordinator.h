@@ -5,16 +5,20 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/storage/store_claim.h"
 #include "coordinator/rpc/task_pool.h"
 #include "coordinator/rpc/workers/dispatcher.h"
+#include "coordinator/search/search_keeper.h"
 #include "coordinator/stream/stream_keeper.h"
-#include "tests/faults/power_cut_vfs.h"
 #include "tests/faults/simulate/liar.h"
 #include "tests/faults/simulate/model.h"
+#include "tests/faults/simulate/points.h"
+#include "tests/faults/simulate/power_cut_vfs.h"
 #include "tests/faults/simulate/shared_disk.h"
 #include "tests/faults/simulate/stream.h"
 #include "tests/faults/simulate/world.h"
@@ -56,10 +60,15 @@ class SimCoordinator final : public JobQueueObserver {
   Dispatcher& dispatcher() { return *life_->dispatcher; }
   TaskPool& pool() { return life_->pool; }
   StreamKeeper& streams() { return *life_->streams; }
+  SearchKeeper& searches() { return *life_->searches; }
   SharedDisk& disk() { return disk_; }
   // Returns a file of a published result that is not on the disk as it was put there; empty: all
   // are.
   std::string WrongFile();
+  // Returns a study that has ended, and of which the operator was not told; empty: there is none.
+  std::string UntoldStudy();
+  const Points& points() const { return points_; }
+  StageVersions versions() const { return World::VersionsOf(release_); }
   // Notes, or returns, the process of this worker that said hello last.
   void TookIn(const std::string& worker, const std::string& process) {
     process_of_[worker] = process;
@@ -84,6 +93,7 @@ class SimCoordinator final : public JobQueueObserver {
     TaskPool pool{0};
     std::unique_ptr<Dispatcher> dispatcher;
     std::unique_ptr<StreamKeeper> streams;
+    std::unique_ptr<SearchKeeper> searches;
   };
   struct Loop {
     double until_s = 0;
@@ -92,6 +102,7 @@ class SimCoordinator final : public JobQueueObserver {
     bool checks = false;  // It is planned when they must be with other workers.
   };
   VfsPlan DrawPlan();
+  absl::Status Pass(const std::string& command, int step);
   absl::Status OpenQueue();
   // Opens the database after its disk may have lied, or puts back what was there before.
   absl::Status OpenOrPutBack();
@@ -106,7 +117,9 @@ class SimCoordinator final : public JobQueueObserver {
   bool PoolTurn();
   bool DispatcherTurn();
   void TickLater(int life);
-  void KeepStreamsLater(int life);
+  // Does a task in the pool again and again, for the life.
+  void Often(int life, double every_s, std::function<absl::Status()> task);
+  absl::Status DeliverNotices();
   void CheckCrashLoop();
   // Reads the store again, as `coordinator check --deep` does, and removes litter.
   void LookIntoStoreLater(int life);
@@ -123,6 +136,11 @@ class SimCoordinator final : public JobQueueObserver {
   SharedDisk disk_;
   Loop loop_;
   std::map<std::string, std::string> process_of_;
+  std::set<int64_t> told_;  // Studies of whose end the operator has heard.
+  Points points_;
+  std::optional<Points::Point> dies_at_;  // In this life.
+  bool dies_of_power_ = false;
+  int release_ = 0;
   std::unique_ptr<QueueModel> backup_;  // The model when the backup was made.
   std::unique_ptr<Life> life_;
   int lives_ = 0;

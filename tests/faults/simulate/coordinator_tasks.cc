@@ -14,18 +14,44 @@ constexpr int kMostOutputs = 10'000;
 
 }  // namespace
 
-// ---- Streams
-void SimCoordinator::KeepStreamsLater(int life) {
-  world_.schedule.After(world_.knobs.queue.lease_s / 10, [this, life] {
+void SimCoordinator::Often(int life, double every_s, std::function<absl::Status()> task) {
+  world_.schedule.After(every_s, [this, life, every_s, task = std::move(task)]() mutable {
     if (!Lives(life)) return;
-    Enter([this] {
-      pool().Run([this] {
-        const absl::Status status = streams().Tick();
-        if (!status.ok() && !VfsHasEnded()) model_.Expect(status, "streams");
+    Enter([this, &task] {
+      pool().Run([this, task] {
+        const absl::Status status = task();
+        if (!status.ok() && !VfsHasEnded()) model_.Expect(status, "a task of the coordinator");
       });
     });
-    KeepStreamsLater(life);
+    Often(life, every_s, std::move(task));
   });
+}
+
+// ---- Notices: as in coordinator/rpc/notifier.cc
+absl::Status SimCoordinator::DeliverNotices() {
+  queue().KeepSample({.unix_s = clock_.UnixSeconds(), .ready = lives_});
+  ASSIGN_OR_RETURN(const std::vector<Notice> notices, queue().ListNotices(10));
+  for (const Notice& notice : notices) {
+    if (world_.has_faults && dice_.Bernoulli(0.3)) {
+      RETURN_IF_ERROR(queue().DelayNotice(notice, world_.knobs.queue.lease_s));
+      continue;
+    }
+    world_.story.Tell("operator: study {} is {}", notice.study, notice.event);
+    if (notice.event == kNoticeDone) told_.insert(notice.study);
+    RETURN_IF_ERROR(queue().EndNotice(notice));
+  }
+  return absl::OkStatus();
+}
+
+std::string SimCoordinator::UntoldStudy() {
+  const auto studies = queue().ListStudies(kMostOutputs);
+  if (world_.knobs.queue.notice_targets.empty() || !studies.ok()) return "";
+  for (const v1::StudyStatus& study : *studies) {
+    const bool ends =
+        study.state() == v1::STUDY_STATE_SUCCEEDED || study.state() == v1::STUDY_STATE_FAILED;
+    if (ends && told_.count(study.study_id()) == 0) return study.name();
+  }
+  return "";
 }
 
 // ---- A crash loop
@@ -72,8 +98,11 @@ void SimCoordinator::ReadStore(bool repair) {
       if (!disk_.Has(file)) damaged.insert(output.folder);
     }
   }
-  Scrubber scrubber(queue(), *life_->store, {.repair = repair, .clock = &clock_});
-  const auto pass = scrubber.Pass([&](const DamagedResult& one) { found.insert(one.folder); });
+  const bool sizes_only = world_.mutation.sizes_only;
+  Scrubber scrubber(queue(), *life_->store, {.repair = repair && !sizes_only, .clock = &clock_});
+  const auto pass = scrubber.Pass([&](const DamagedResult& one) {
+    if (!sizes_only || !one.why.ends_with("(SHA-256)")) found.insert(one.folder);
+  });
   if (VfsHasEnded()) return;
   if (!pass.ok()) return model_.Expect(pass.status(), "a look into the store");
   world_.story.Tell("coordinator: has read the store, {} results are damaged", found.size());

@@ -2,13 +2,13 @@
 
 #include <fmt/core.h>
 
-#include <cmath>
+#include "tests/faults/simulate/exact_math.h"
 
 namespace parallax::faults {
 namespace {
 
 double LogUniform(Rng& rng, double low, double high) {
-  return low * std::pow(high / low, rng.Uniform());
+  return low * Power(high / low, rng.Uniform());
 }
 // Mostly absent, so that each fault also comes without the others.
 double Sometimes(Rng& rng, double probability, double low, double high) {
@@ -31,6 +31,7 @@ void DrawCoordinator(Rng& rng, Knobs& knobs) {
   queue.retry.backoff_min_s = knobs.scale * LogUniform(rng, 0.5, 20);
   queue.retry.backoff_max_s = queue.retry.backoff_min_s * LogUniform(rng, 1, 60);
   queue.archive_after_s = rng.Bernoulli(0.3) ? knobs.scale * LogUniform(rng, 5, 500) : 0;
+  if (rng.Bernoulli(0.5)) queue.notice_targets = {"webhook"};
   if (rng.Bernoulli(0.2)) {
     knobs.user_running = rng.UniformInt(1, 4);
     queue.limits = *LimitRules::Parse(
@@ -106,9 +107,13 @@ Knobs DrawKnobs(Rng rng) {
   knobs.faults_s = knobs.queue.lease_s * LogUniform(rng, 5, 40);
   knobs.has_files = rng.Bernoulli(0.2) || knobs.lie == Lie::kNoStore;
   knobs.store_lie_every_s = knobs.faults_s * Sometimes(rng, 0.8, 0.1, 1);
+  knobs.upgrade_at_s = knobs.faults_s * Sometimes(rng, 0.2, 0.1, 0.9);
   if (knobs.lie != Lie::kNone) return knobs;  // A backup has old positions and leases.
   knobs.has_stream = rng.Bernoulli(0.2);
-  if (knobs.has_stream) knobs.queue.archive_after_s = 0;  // A failed chunk is retried in the end.
+  knobs.has_search = !knobs.has_stream && rng.Bernoulli(0.1);
+  // What failed is retried in the end, and no setting is given up by chance.
+  if (knobs.has_stream || knobs.has_search) knobs.queue.archive_after_s = 0;
+  if (knobs.has_search) knobs.reject_p = 0;
   if (!knobs.disk_errs && rng.Bernoulli(0.15)) {
     knobs.faults_s = std::max(knobs.faults_s, 15 * knobs.queue.lease_s);
     knobs.crash_loop_at_s = rng.Uniform(0.1, 0.5) * knobs.faults_s;

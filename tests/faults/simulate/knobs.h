@@ -34,6 +34,9 @@ struct Knobs {
   // When it is killed more often than a lease lasts, for many leases, and one worker with it; 0:
   // never.
   double crash_loop_at_s = 0;
+  // When its machine gets the next release, whose pictures are others; 0: never. Workers get it one
+  // by one, some before.
+  double upgrade_at_s = 0;
 
   // The network.
   double delay_s = 0.05;  // The longest delay of most messages.
@@ -64,6 +67,7 @@ struct Knobs {
   bool has_files = false;         // Results have files in a store, which is read again.
   double store_lie_every_s = 60;  // Between changes of such a file behind everybody's back.
   bool has_stream = false;        // A training takes the pairs of a stream.
+  bool has_search = false;
 };
 
 Knobs DrawKnobs(Rng rng);

@@ -6,7 +6,6 @@
 #include <fstream>
 
 #include "tests/coordinator/queue/train_fixture.h"
-#include "tests/faults/life.h"
 
 namespace parallax::faults {
 namespace {

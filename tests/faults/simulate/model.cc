@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "common/config/training_plan.h"
+
 namespace parallax::faults {
 namespace {
 
@@ -53,9 +55,14 @@ void QueueModel::Starts() {
   }
 }
 
-void QueueModel::Started(uint64_t epoch) {
+void QueueModel::Started(uint64_t epoch, int release) {
   if (epoch <= epoch_) Complain(fmt::format("epoch {:x} comes after {:x}", epoch, epoch_));
   epoch_ = epoch;
+  // Pictures of another release are not wanted.
+  for (auto& [id, job] : jobs_) {
+    if (release != release_ && job.kind == "render") job.in_doubt = true;
+  }
+  release_ = release;
   // A lease counts as heard of at the first start that its worker has said nothing to.
   for (auto& [id, job] : jobs_) {
     const double since = workers_[job.worker].unheard_unix_s.value_or(clock_.UnixSeconds());
@@ -103,6 +110,7 @@ void QueueModel::SubmitEnds(const v1::StudySpec& spec, int64_t id) {
     Complain(fmt::format("{} was submitted twice: {} and {}", spec.name(), named->second, id));
   }
   known->second.name = spec.name();
+  known->second.pairs = spec.pairs();
 }
 
 void QueueModel::OrderBegins(int64_t study) {
@@ -222,6 +230,12 @@ void QueueModel::LeaseGiven(const std::string& name, const v1::Lease& lease,
          .fence = fence,
          .worker = name,
          .heard_s = Now()};
+  // Its spec says how many pairs were there.
+  const size_t of = lease.spec().rfind(" of ");
+  if (options_.pairs_stay && lease.kind() == "noop" && lease.variant() != kHeldoutName &&
+      std::stoll(lease.spec().substr(of + 4)) < study.pairs) {
+    Complain(Name(id, job) + " begins before the pairs that it waits for: " + lease.spec());
+  }
   if (settled && (study.cancelled || study.forgotten)) {
     Complain(Name(id, job) + " is leased, although its study was cancelled");
   }
@@ -292,6 +306,9 @@ void QueueModel::ReportEnds(const v1::AttemptId& attempt, Report report,
       job.state = report == Report::kComplete ? Job::kDone : Job::kOpen;
       job.in_doubt = false;
       if (report != Report::kComplete) break;
+      if (job.kind == "render" && made_by_[attempt.fence()] != release_) {
+        Complain(name + ": pictures of another release are published as this one's");
+      }
       accepted_.insert(attempt.fence());
       ++done_;
       break;

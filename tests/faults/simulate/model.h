@@ -24,6 +24,7 @@ class QueueModel {
     double grace_s = 30;       // Until a worker whose stream broke is lost.
     double slack_s = 0;        // The longest way of a command through the coordinator.
     int64_t user_running = 0;  // The limit of jobs of all studies; 0: none.
+    bool pairs_stay = true;    // None is taken back for its files.
     bool disk_lies = false;    // Commands may fail for the disk's errors, with one clear line.
   };
   // `clock`, the coordinator's, must outlive the model.
@@ -31,14 +32,15 @@ class QueueModel {
 
   // ---- The coordinator's life
   void Starts();
-  void Started(uint64_t epoch);
+  // `release`: of the coordinator.
+  void Started(uint64_t epoch, int release);
   void Died();
   // The database of then has been put back. Fences stay given.
   void Rewind(const QueueModel& then);
   // Somebody has changed its files. Before, no database counts as damaged.
   void DiskLies() { files_changed_ = true; }
   // There are studies that no client has submitted: nothing is known of their end.
-  void HasStreams() { studies_[0].in_doubt = true; }
+  void HasOtherStudies() { studies_[0].in_doubt = true; }
 
   // ---- Clients. Begins: the command has come; Ends: it was answered with success.
   enum class Order { kCancel, kPause, kResume, kRetry, kForget };
@@ -62,6 +64,8 @@ class QueueModel {
   void LeaseGiven(const std::string& worker, const v1::Lease& lease, const JobQueue& queue);
   // JobQueueObserver::OnStop.
   void LeaseTaken(const v1::AttemptId& attempt, const std::string& reason);
+  // A worker of this release has made the attempt's result.
+  void Made(const v1::AttemptId& attempt, int release) { made_by_[attempt.fence()] = release; }
   // A report or a hand-back.
   void ReportBegins(const v1::AttemptId& attempt);
   enum class Report { kComplete, kFail, kHandBack };
@@ -87,6 +91,7 @@ class QueueModel {
     bool in_doubt = false;   // An order was under way at a death.
     double order_s = -1e18;  // Time of the last order.
     int64_t max_running = 0;
+    int64_t pairs = 0;  // Each variant wants so many; 0: unknown.
   };
   struct Job {
     enum State { kOpen, kHeld, kDone } state = kOpen;
@@ -122,12 +127,14 @@ class QueueModel {
   const Options options_;
   Clock& clock_;
   uint64_t epoch_ = 0;
+  int release_ = 0;
   std::map<int64_t, Study> studies_;
   std::map<std::string, int64_t> study_of_name_;
   std::map<int64_t, Job> jobs_;
   std::map<std::string, Worker> workers_;
-  std::set<uint64_t> fences_;    // Given.
-  std::set<uint64_t> accepted_;  // Whose results were taken, or may have been.
+  std::set<uint64_t> fences_;        // Given.
+  std::map<uint64_t, int> made_by_;  // Releases, by fence.
+  std::set<uint64_t> accepted_;      // Whose results were taken, or may have been.
   std::multiset<std::pair<int64_t, uint64_t>> reporting_;  // Job and fence.
   std::multiset<std::string> joining_;
   std::multiset<int64_t> ordering_;

@@ -3,12 +3,12 @@
 #include <signal.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <ctime>
 #include <fstream>
 #include <iostream>
@@ -24,9 +24,11 @@ namespace parallax::faults {
 namespace {
 
 constexpr uint64_t kSeedsForControls = 200;
-constexpr int kKeptSeedsToRunTwice = 5;
+constexpr size_t kKeptSeedsToRunTwice = 5;
+constexpr int64_t kSeedsForAllPoints = 1500;
 constexpr int kFoundSomething = 3;  // Exit status of a child.
 constexpr unsigned kMostChildren = 64;
+constexpr time_t kMostCpu_s = 120;  // Of a run.
 
 struct NamedMutation {
   const char* name;
@@ -44,6 +46,9 @@ const NamedMutation kMutations[] = {
     {"forget-unfinished", {.queue = {.forget_unfinished = true}}},
     {"archive-newest", {.queue = {.archive_newest = true}}},
     {"hear-at-start", {.queue = {.hear_at_start = true}}},
+    {"no-acknowledging", {.no_acknowledging = true}},
+    {"sizes-only", {.sizes_only = true}},
+    {"any-version", {.any_version = true}},
     {"no-outbox", {.no_outbox = true}},
     {"send-once", {.send_once = true}},
     {"remove-early", {.remove_early = true}},
@@ -53,12 +58,14 @@ double CpuSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 
 // The totals of all children, in memory that they share.
 struct Totals {
-  std::atomic<uint64_t> next{0};  // Seed.
+  std::atomic<uint64_t> next{0};  // Index of a seed.
   std::atomic<int64_t> seeds{0}, events{0}, jobs{0}, stale{0}, starts{0}, refused{0};
   std::atomic<double> virtual_s{0}, cpu_s{0};
   std::atomic<int64_t> failed{0};
   std::atomic<uint64_t> first_failed{0};
   std::atomic<uint64_t> current[kMostChildren] = {};  // The seed of each child.
+  std::atomic<uint64_t> seen[kFailPointCommands.size()] = {};
+  std::atomic<uint64_t> died[kFailPointCommands.size()] = {};
 };
 
 class SharedTotals {
@@ -84,10 +91,13 @@ void PrintFailure(uint64_t seed, const std::vector<std::string>& complaints) {
   std::cerr << text << std::flush;
 }
 
-// Runs one seed. Returns whether nothing was found.
-bool Count(uint64_t seed, Totals& totals) {
+// Runs one seed. Returns whether nothing was found. `twice`: it must tell the same story again.
+bool Count(uint64_t seed, bool twice, Totals& totals) {
   const double before_s = CpuSeconds();
-  const RunResult result = RunSeed({.seed = seed});
+  RunResult result = RunSeed({.seed = seed, .tells = twice});
+  if (twice && RunSeed({.seed = seed, .tells = true}).story != result.story) {
+    result.complaints.push_back("it tells two stories");
+  }
   ++totals.seeds;
   totals.events += result.events;
   totals.jobs += result.jobs;
@@ -96,6 +106,10 @@ bool Count(uint64_t seed, Totals& totals) {
   totals.refused += result.refused ? 1 : 0;
   totals.virtual_s += result.virtual_s;
   totals.cpu_s += CpuSeconds() - before_s;
+  for (size_t i = 0; i < kFailPointCommands.size(); ++i) {
+    totals.seen[i] |= result.points.seen[i];
+    totals.died[i] |= result.points.died[i];
+  }
   if (result.complaints.empty()) return true;
   if (totals.failed++ == 0) totals.first_failed = seed;
   PrintFailure(seed, result.complaints);
@@ -107,16 +121,6 @@ void LogNothing() {
   InitLogging({.level = LogLevel::kError, .program = "faults", .file = "/dev/null"});
 }
 
-// The same seed tells the same story twice.
-void RunTwice(uint64_t seed, Tally& tally) {
-  const RunResult one = RunSeed({.seed = seed, .tells = true});
-  const RunResult two = RunSeed({.seed = seed, .tells = true});
-  if (one.story != two.story) tally.Lost("seed " + std::to_string(seed) + " tells two stories");
-  if (one.complaints.empty()) return;
-  PrintFailure(seed, one.complaints);
-  tally.Lost("seed " + std::to_string(seed));
-}
-
 std::vector<uint64_t> KeptSeeds() {
   std::ifstream file(std::string(PARALLAX_FAULTS_DATA) + "/simulate_seeds.txt");
   std::vector<uint64_t> seeds;
@@ -126,9 +130,9 @@ std::vector<uint64_t> KeptSeeds() {
   return seeds;
 }
 
-// Runs the seeds from totals.next up to `last`, or until the time is over, on all cores.
-void RunMany(uint64_t last, double seconds, SharedTotals& totals, Tally& tally) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+// Runs the kept seeds, then those from `first` to `last`, on all cores.
+void RunMany(const std::vector<uint64_t>& kept, uint64_t first, uint64_t last, SharedTotals& totals,
+             Tally& tally) {
   std::vector<pid_t> children;
   const unsigned cores = std::clamp(std::thread::hardware_concurrency(), 1u, kMostChildren);
   for (unsigned i = 0; i < cores; ++i) {
@@ -139,12 +143,13 @@ void RunMany(uint64_t last, double seconds, SharedTotals& totals, Tally& tally) 
     }
     prctl(PR_SET_PDEATHSIG, SIGKILL);  // A test that is killed leaves nobody behind.
     bool sound = true;
-    while (seconds <= 0 || std::chrono::steady_clock::now() < end) {
-      const uint64_t seed = totals->next++;
-      if (seed > last) break;
+    for (uint64_t index; (index = totals->next++) < kept.size() + (last - first + 1);) {
+      const uint64_t seed = index < kept.size() ? kept[index] : first + (index - kept.size());
       totals->current[i] = seed;
-      alarm(300);  // A run that does not come to its end is a failure, too.
-      sound &= Count(seed, *totals);
+      // A run that does not come to its end is a failure, too.
+      const itimerval limit{.it_interval = {}, .it_value = {.tv_sec = kMostCpu_s, .tv_usec = 0}};
+      setitimer(ITIMER_PROF, &limit, nullptr);
+      sound &= Count(seed, /*twice=*/index < std::min(kept.size(), kKeptSeedsToRunTwice), *totals);
     }
     _exit(sound ? 0 : kFoundSomething);
   }
@@ -162,6 +167,32 @@ void RunMany(uint64_t last, double seconds, SharedTotals& totals, Tally& tally) 
   }
 }
 
+// Where lives ended: in many runs, at some step of each command.
+void CheckPoints(Totals& totals, Tally& tally) {
+  Points points;
+  std::copy(std::begin(totals.seen), std::end(totals.seen), points.seen.begin());
+  std::copy(std::begin(totals.died), std::end(totals.died), points.died.begin());
+  tally.figures["fail_points"] = Points::CountOf(points.seen);
+  tally.figures["fail_points_died_at"] = Points::CountOf(points.died);
+  for (size_t i = 0; i < kFailPointCommands.size(); ++i) {
+    if (totals.seeds < kSeedsForAllPoints || points.died[i] != 0) continue;
+    tally.Lost(std::string("no life ended in the command ") + kFailPointCommands[i]);
+  }
+}
+
+// Returns the first of seeds that are others each minute, and tell when: 2026-11-30 09:07 has
+// 202611300907'00000.
+uint64_t FirstNewSeed() {
+  const std::time_t now = static_cast<std::time_t>(Clock::System().UnixSeconds());
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  uint64_t seed = static_cast<uint64_t>(utc.tm_year) + 1900;
+  for (const int part : {utc.tm_mon + 1, utc.tm_mday, utc.tm_hour, utc.tm_min}) {
+    seed = 100 * seed + static_cast<uint64_t>(part);
+  }
+  return 100'000 * seed;
+}
+
 // "5..9", both ends included.
 bool ParseRange(const std::string& text, uint64_t* first, uint64_t* last) {
   const size_t dots = text.find("..");
@@ -176,34 +207,29 @@ bool ParseRange(const std::string& text, uint64_t* first, uint64_t* last) {
 
 void Simulate(const ExperimentOptions& options, Tally& tally) {
   LogNothing();
-  if (options.trace) {
-    const RunResult result = RunSeed({.seed = options.seed, .tells = true});
-    std::cout << result.story;
-    for (const std::string& complaint : result.complaints) tally.Lost(complaint);
-    return;
-  }
   uint64_t first = options.seed;
   uint64_t last = options.seed;
   if (!options.seeds.empty() && !ParseRange(options.seeds, &first, &last)) {
     return tally.Lost("--seeds " + options.seeds + ": wanted two numbers, as in 1..1000");
   }
-  SharedTotals totals;
-  const std::vector<uint64_t> kept = KeptSeeds();
-  if (options.seconds > 0) {
-    for (size_t i = 0; i < kept.size(); ++i) {
-      if (i < kKeptSeedsToRunTwice) {
-        RunTwice(kept[i], tally);
-      } else {
-        Count(kept[i], *totals);
-      }
+  if (options.trace) {
+    for (uint64_t seed = first; seed <= last; ++seed) {
+      const RunResult result = RunSeed({.seed = seed, .tells = true});
+      std::cout << result.story;
+      for (const std::string& complaint : result.complaints) tally.Lost(complaint);
     }
-    // Others each time.
-    first = static_cast<uint64_t>(Clock::System().UnixSeconds() * 1000);
-    last = UINT64_MAX;
-    std::cerr << "new seeds from " << first << std::endl;
+    return;
   }
-  totals->next = first;
-  RunMany(last, options.seconds, totals, tally);
+  std::vector<uint64_t> kept;
+  if (options.new_seeds > 0) {
+    kept = KeptSeeds();
+    first = FirstNewSeed();
+    last = first + static_cast<uint64_t>(options.new_seeds) - 1;
+    std::cerr << kept.size() << " kept seeds, then --seeds " << first << ".." << last << std::endl;
+  }
+  SharedTotals totals;
+  RunMany(kept, first, last, totals, tally);
+  CheckPoints(*totals, tally);
   tally.rounds = totals->seeds;
   tally.jobs = totals->jobs;
   tally.faults = totals->starts - totals->seeds;
@@ -218,7 +244,7 @@ void Simulate(const ExperimentOptions& options, Tally& tally) {
 void SimulateControls(const ExperimentOptions& options, Tally& tally) {
   LogNothing();
   for (const NamedMutation& named : kMutations) {
-    if (!options.sabotage.empty() && options.sabotage != named.name) continue;
+    if (!options.guard.empty() && options.guard != named.name) continue;
     std::vector<uint64_t> needed;
     for (int round = 0; round < options.rounds; ++round) {
       const uint64_t first = options.seed + static_cast<uint64_t>(round) * kSeedsForControls;

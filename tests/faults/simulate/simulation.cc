@@ -1,18 +1,25 @@
 #include "tests/faults/simulate/simulation.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 
 #include "tests/faults/experiment.h"
-#include "tests/faults/simulate/client.h"
-#include "tests/faults/simulate/consumer.h"
+#include "tests/faults/simulate/users/client.h"
+#include "tests/faults/simulate/users/consumer.h"
 #include "tests/faults/simulate/coordinator.h"
+#include "tests/faults/simulate/exact_math.h"
+#include "tests/faults/simulate/users/searcher.h"
 #include "tests/faults/simulate/worker.h"
 
 namespace parallax::faults {
 
-double World::Next(double mean_s) { return mean_s * -std::log(1 - dice.Uniform()); }
+double World::Next(double mean_s) { return mean_s * -Log(1 - dice.Uniform()); }
+
+StageVersions World::VersionsOf(int release) {
+  StageVersions versions;
+  if (release > 0) versions.frame = "next";
+  return versions;
+}
 
 namespace {
 
@@ -31,6 +38,9 @@ class Run {
     if (world_.knobs.has_stream) {
       consumer_ = std::make_unique<SimConsumer>(world_, coordinator_, *client_);
     }
+    if (world_.knobs.has_search) {
+      searcher_ = std::make_unique<SimSearcher>(world_, coordinator_, *client_, folder_.path());
+    }
   }
 
   ~Run() { coordinator_.End(); }  // Before the workers, who have its streams' lines.
@@ -39,6 +49,12 @@ class Run {
     coordinator_.Start();
     client_->Start();
     if (consumer_ != nullptr) consumer_->Start();
+    if (searcher_ != nullptr) searcher_->Start();
+    if (world_.knobs.upgrade_at_s > 0) {
+      world_.schedule.After(world_.knobs.upgrade_at_s, [this] {
+        if (coordinator_.is_up()) coordinator_.Die(/*power_cut=*/false);
+      });
+    }
     if (world_.knobs.store_lie_every_s > 0 && world_.knobs.has_files) LieLater();
     if (world_.knobs.crash_loop_at_s > 0) {
       world_.schedule.After(world_.knobs.crash_loop_at_s, [this] { BeginCrashLoop(); });
@@ -65,7 +81,8 @@ class Run {
             .jobs = coordinator_.model().done(),
             .stale = coordinator_.model().stale(),
             .starts = coordinator_.lives(),
-            .refused = coordinator_.has_refused()};
+            .refused = coordinator_.has_refused(),
+            .points = coordinator_.points()};
   }
 
  private:
@@ -110,11 +127,13 @@ class Run {
   bool HasEnded() {
     if (!coordinator_.is_up() || !client_->is_done()) return false;
     if (consumer_ != nullptr && !consumer_->is_done()) return false;
+    if (searcher_ != nullptr && !searcher_->is_done()) return false;
     for (const auto& worker : workers_) {
       if (worker->pending() > 0) return false;
     }
     const auto open = coordinator_.queue().ListStudies(1, 0, /*only_unfinished=*/true);
-    return open.ok() && open->empty() && coordinator_.WrongFile().empty();
+    return open.ok() && open->empty() && coordinator_.WrongFile().empty() &&
+           coordinator_.UntoldStudy().empty();
   }
 
   void Judge() {
@@ -122,6 +141,9 @@ class Run {
     if (!client_->is_done()) model.Complain("the clients' calls are not answered");
     if (consumer_ != nullptr && !consumer_->is_done()) {
       model.Complain("a stream has not delivered its pairs, or is not gone after its end");
+    }
+    if (searcher_ != nullptr && !searcher_->is_done()) {
+      model.Complain("a search does not end, or is not gone after it");
     }
     for (const auto& worker : workers_) {
       if (worker->pending() > 0) {
@@ -132,6 +154,9 @@ class Run {
     if (const std::string file = coordinator_.WrongFile(); !file.empty()) {
       model.Complain(file + " is published, and is not in the store as it was put there");
     }
+    if (const std::string study = coordinator_.UntoldStudy(); !study.empty()) {
+      model.Complain("the operator was not told of the end of " + study);
+    }
     model.Compare(coordinator_.queue(), /*at_end=*/true);
   }
 
@@ -141,6 +166,7 @@ class Run {
   std::vector<std::unique_ptr<SimWorker>> workers_;
   std::unique_ptr<SimClient> client_;
   std::unique_ptr<SimConsumer> consumer_;
+  std::unique_ptr<SimSearcher> searcher_;
 };
 
 }  // namespace

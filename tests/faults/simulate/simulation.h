@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/faults/simulate/points.h"
 #include "tests/faults/simulate/world.h"
 
 namespace parallax::faults {
@@ -23,6 +24,7 @@ struct RunResult {
   int64_t stale = 0;     // Late reports that were refused.
   int64_t starts = 0;    // Of the coordinator.
   bool refused = false;  // It ended for damage to its database.
+  Points points;         // Of the queue.
 };
 
 RunResult RunSeed(const RunOptions& options);

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "common/base/version.h"
-#include "tests/faults/life.h"
+#include "tests/faults/simulate/work.h"
 #include "worker/agent/attempts/running.h"
 #include "worker/agent/session/credit.h"
 
@@ -15,7 +15,7 @@ bool Same(const v1::AttemptId& a, const v1::AttemptId& b) {
   return a.job_id() == b.job_id() && a.fence() == b.fence();
 }
 
-AgentOptions OptionsOf(const World& world, const std::string& name, int life) {
+AgentOptions OptionsOf(const World& world, const std::string& name, int life, int release) {
   AgentOptions options = world.knobs.agent;
   const WorkerFacts facts = LivingWorker(name);
   options.name = name;
@@ -23,6 +23,7 @@ AgentOptions OptionsOf(const World& world, const std::string& name, int life) {
   options.tags = facts.tags;
   options.memory_mb = facts.memory_mb;
   options.version = "simulated";
+  options.versions = World::VersionsOf(release);
   options.instance = name + "-" + std::to_string(life);
   options.machine = "machine-of-" + name;
   return options;
@@ -70,12 +71,13 @@ SimWorker::~SimWorker() = default;
 void SimWorker::Start() {
   if (process_ != nullptr) return;
   const int life = ++lives_;
-  world_.story.Tell("{}: starts", name_);
   sleeps_until_s_ = 0;
   process_ = std::make_unique<Process>();
   Process& process = *process_;
-  process.options = OptionsOf(world_, name_, life);
+  process.release = DrawRelease();
+  process.options = OptionsOf(world_, name_, life, process.release);
   if (!world_.has_faults) process.options.idle_exit_s = 0;
+  world_.story.Tell("{}: starts, release {}", name_, process.release);
   process.port = std::make_unique<Port>(*this);
   process.link = std::make_unique<CoordinatorLink>(
       process.options, *process.port, clock_, dice_.Child("reconnect", static_cast<uint64_t>(life)),
@@ -94,6 +96,12 @@ void SimWorker::Start() {
   }
   PlanFaults(life);
   WakeSoon();
+}
+
+int SimWorker::DrawRelease() {
+  const double upgrade_at_s = world_.knobs.upgrade_at_s;
+  if (upgrade_at_s <= 0 || !world_.has_faults) return upgrade_at_s > 0 ? 1 : 0;
+  return dice_.Bernoulli(world_.schedule.now() < upgrade_at_s ? 0.1 : 0.7) ? 1 : 0;
 }
 
 void SimWorker::Die(const char* how, double away_s) {
@@ -164,6 +172,7 @@ void SimWorker::BreakStream() {
 void SimWorker::Mend() {
   line_ = Line();
   if (process_ == nullptr) Start();
+  if (process_->release != DrawRelease()) Die("is upgraded", 0);
 }
 
 // ---- The agent's loop: as in worker/agent/agent.cc

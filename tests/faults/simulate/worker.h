@@ -28,7 +28,8 @@ class SimWorker {
   ~SimWorker();
 
   void Start();
-  // The faults are over: the line is open, and a worker that dies comes back at once.
+  // The faults are over: the line is open, its release is the newest, and a worker that dies comes
+  // back at once.
   void Mend();
   const std::string& name() const { return name_; }
   // Returns how many of the attempts that ended here have no definitive answer.
@@ -52,6 +53,7 @@ class SimWorker {
   // A process of the agent.
   struct Process {
     AgentOptions options;
+    int release = 0;
     std::unique_ptr<Port> port;
     std::unique_ptr<CoordinatorLink> link;
     std::unique_ptr<Departure> departure;
@@ -68,6 +70,7 @@ class SimWorker {
   };
 
   bool Lives(int life) const { return process_ != nullptr && life == lives_; }
+  int DrawRelease();
   void PlanFaults(int life);
   void CloseLine();
   void BreakStream();

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/base/rng.h"
+#include "common/base/version.h"
 #include "tests/faults/simulate/knobs.h"
 #include "tests/faults/simulate/schedule.h"
 
@@ -13,9 +14,12 @@ namespace parallax::faults {
 // Guards that are switched off, to see whether the checks notice.
 struct Mutation {
   UnsafeForTest queue;
-  bool no_outbox = false;     // A worker's process takes its unanswered reports with it.
-  bool send_once = false;     // A worker sends a report once.
-  bool remove_early = false;  // A report leaves the outbox when it is sent.
+  bool sizes_only = false;        // The check of the store believes files that have their size.
+  bool no_acknowledging = false;  // A stream forgets what its consumers have acknowledged.
+  bool any_version = false;       // An upgraded coordinator keeps all leases.
+  bool no_outbox = false;         // A worker's process takes its unanswered reports with it.
+  bool send_once = false;         // A worker sends a report once.
+  bool remove_early = false;      // A report leaves the outbox when it is sent.
 };
 
 struct World {
@@ -27,6 +31,8 @@ struct World {
         story(schedule, tells),
         dice(rng.Child("events")) {}
 
+  // Returns the versions of the first release, or of the next.
+  static StageVersions VersionsOf(int release);
   // Draws the time to an event that happens each `mean_s` seconds on average.
   double Next(double mean_s);
   // A message's delay: mostly short, seldom ten times the longest.

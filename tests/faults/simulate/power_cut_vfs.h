@@ -1,11 +1,11 @@
 // A SQLite VFS that counts every operation that changes files, and at a chosen one ends the
-// process: as kill -9 does (what was written stays), or as a power cut does (of what was not
-// synced, any part may be missing, in any order, torn at any sector). For a simulation, which goes
-// on, the operations fail instead from then on, until the next plan.
+// machine: as kill -9 does (what was written stays), or as a power cut does (of what was not
+// synced, any part may be missing, in any order, torn at any sector). From then on, until the next
+// plan, all operations fail.
 //
-// A power cut here: each 512-byte piece of each write since the file's last sync is
-// kept or not by a coin, and one piece may be kept in part; a truncation likewise; a file made
-// since may not exist. SQLite assumes no less of Debian's kernels ("powersafe overwrite").
+// A power cut here: each 512-byte piece of each write since the file's last sync is kept or not by
+// a coin, and one piece may be kept in part; a truncation likewise; a file made since may not
+// exist. SQLite assumes no less of Debian's kernels ("powersafe overwrite").
 #pragma once
 
 #include <cstdint>
@@ -25,20 +25,16 @@ struct VfsPlan {
   int64_t die_at = -1;         // The operation, from 1; < 0: none.
   bool lose_unsynced = false;  // Power cut instead of kill.
   uint64_t seed = 0;           // Decides which writes are lost.
-  bool in_process = false;     // Operations fail instead of the end of the process.
   DiskErrors errors;
 };
 
 inline constexpr char kPowerCutVfs[] = "power-cut";
 
-// Registers the VFS once, under kPowerCutVfs. Call before forking.
+// Registers the VFS once, under kPowerCutVfs.
 void RegisterPowerCutVfs();
-// Sets the plan of this process and restarts the count of operations. Call it before the queue
-// opens.
+// Sets the plan and restarts the count of operations. Call it before the queue opens.
 void SetVfsPlan(const VfsPlan& plan);
-int64_t VfsOperations();
-// For plans in this process: ends the machine now, or says whether it has ended. `lose_unsynced`
-// must be that of the plan, or false.
+// Ends the machine now. `lose_unsynced` must be that of the plan, or false.
 void EndVfs(bool lose_unsynced);
 bool VfsHasEnded();
 // From now on the disk makes no errors.

@@ -1,4 +1,4 @@
-#include "tests/faults/simulate/client.h"
+#include "tests/faults/simulate/users/client.h"
 
 #include <algorithm>
 
@@ -125,10 +125,17 @@ void SimClient::Steer(int64_t study, int draw) {
   QueueModel& model = coordinator_.model();
   const StudyId id{study};
   using Kind = QueueModel::Order;
+  const auto forgets = [&] { model.OrderFails(study); };  // It changes nothing of a promise.
   const auto ends = [&](Kind kind) { return [&, kind] { model.OrderEnds(study, kind); }; };
   if (draw < 40) {
     Order(
         study, "pause", [&] { return queue.Pause(id, "", "client"); }, ends(Kind::kPause));
+  } else if (draw < 43) {
+    Order(
+        study, "comment", [&] { return queue.Comment(id, "slow", "client"); }, forgets);
+  } else if (draw < 46) {
+    Order(
+        study, "priority", [&] { return queue.SetPriority(id, draw % 3, "", "client"); }, forgets);
   } else if (draw < 60) {
     Order(
         study, "resume", [&] { return queue.Resume(id, "", "client"); }, ends(Kind::kResume));

@@ -1,4 +1,4 @@
-#include "tests/faults/simulate/consumer.h"
+#include "tests/faults/simulate/users/consumer.h"
 
 #include <fmt/core.h>
 
@@ -89,7 +89,9 @@ void SimConsumer::Ask(Rank& rank) {
   rank.told = std::max(rank.told, rank.used);
   const int64_t call = ++rank.call;
   client_.Call([this, &rank, request, call] {
-    const auto reply = coordinator_.streams().Next(request);
+    v1::NextPairsRequest heard = request;
+    if (world_.mutation.no_acknowledging) heard.clear_acknowledged();
+    const auto reply = coordinator_.streams().Next(heard);
     if (VfsHasEnded()) return;
     // It may ask before the stream is opened, and after another rank has closed it.
     if (absl::IsNotFound(reply.status()) && (rank.told == 0 || closes_)) return;

@@ -1,12 +1,11 @@
-#include "tests/faults/power_cut_vfs.h"
+#include "tests/faults/simulate/power_cut_vfs.h"
 
 #include <fcntl.h>
-#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -33,18 +32,16 @@ struct FileState {
   std::vector<Change> unsynced;
 };
 
-struct World {
-  std::mutex mu;
-  // Guarded by mu.
+struct Disk {
   VfsPlan plan;
   int64_t operations = 0;
   int64_t tried = 0;  // Operations that plan.errors counts.
   bool ended = false;
   std::map<std::string, FileState> files;
 };
-World& TheWorld() {
-  static World world;
-  return world;
+Disk& TheDisk() {
+  static Disk disk;
+  return disk;
 }
 
 struct CutFile {
@@ -54,7 +51,7 @@ struct CutFile {
 CutFile* Cut(sqlite3_file* file) { return reinterpret_cast<CutFile*>(file); }
 
 void WriteAt(int fd, const std::string& bytes, sqlite3_int64 offset) {
-  if (pwrite(fd, bytes.data(), bytes.size(), offset) < 0) raise(SIGABRT);
+  if (pwrite(fd, bytes.data(), bytes.size(), offset) < 0) std::abort();
 }
 
 // Back to what was synced, then a random part of what was not, in random order.
@@ -67,7 +64,7 @@ void LosePower(const std::string& path, const FileState& state, Rng& rng) {
   if (fd < 0) return;
   for (auto change = state.unsynced.rbegin(); change != state.unsynced.rend(); ++change) {
     WriteAt(fd, change->before, change->offset);
-    if (ftruncate(fd, change->size_before) != 0) raise(SIGABRT);
+    if (ftruncate(fd, change->size_before) != 0) std::abort();
   }
   struct Piece {
     sqlite3_int64 offset;
@@ -90,7 +87,7 @@ void LosePower(const std::string& path, const FileState& state, Rng& rng) {
   for (Piece& piece : pieces) {
     if (!rng.Bernoulli(kept)) continue;
     if (piece.truncates) {
-      if (ftruncate(fd, piece.offset) != 0) raise(SIGABRT);
+      if (ftruncate(fd, piece.offset) != 0) std::abort();
       continue;
     }
     if (rng.Bernoulli(0.05)) piece.bytes.resize(piece.bytes.size() / 2);
@@ -99,43 +96,39 @@ void LosePower(const std::string& path, const FileState& state, Rng& rng) {
   close(fd);
 }
 
-// Requires mu.
-void End(World& world, bool lose_unsynced) {
+void End(Disk& disk, bool lose_unsynced) {
   if (lose_unsynced) {
-    Rng rng(SceneSeed{world.plan.seed}, "power-cut");
-    for (const auto& [path, state] : world.files) LosePower(path, state, rng);
+    Rng rng(SceneSeed{disk.plan.seed}, "power-cut");
+    for (const auto& [path, state] : disk.files) LosePower(path, state, rng);
   }
-  if (!world.plan.in_process) raise(SIGKILL);
-  world.ended = true;
+  disk.ended = true;
 }
 
-// Requires mu. False when the machine has ended, with this operation or before.
-bool CountOperation(World& world) {
-  if (world.ended) return false;
-  if (++world.operations == world.plan.die_at) End(world, world.plan.lose_unsynced);
-  return !world.ended;
+// Returns false when the machine has ended, with this operation or before.
+bool CountOperation(Disk& disk) {
+  if (disk.ended) return false;
+  if (++disk.operations == disk.plan.die_at) End(disk, disk.plan.lose_unsynced);
+  return !disk.ended;
 }
 
 enum class Kind { kRead, kWrite, kOther };
 
-// Requires mu.
-bool Errs(World& world, Kind kind) {
-  const DiskErrors& errors = world.plan.errors;
+bool Errs(Disk& disk, Kind kind) {
+  const DiskErrors& errors = disk.plan.errors;
   if (errors.at < 0 ||
       (errors.full ? kind != Kind::kWrite : kind == Kind::kRead && !errors.reads)) {
     return false;
   }
-  ++world.tried;
-  return world.tried >= errors.at && world.tried < errors.at + errors.count;
+  ++disk.tried;
+  return disk.tried >= errors.at && disk.tried < errors.at + errors.count;
 }
 
 int Write(sqlite3_file* file, const void* bytes, int amount, sqlite3_int64 offset) {
-  World& world = TheWorld();
-  const std::lock_guard lock(world.mu);
-  if (world.ended) return SQLITE_IOERR_WRITE;
-  if (Errs(world, Kind::kWrite)) return world.plan.errors.full ? SQLITE_FULL : SQLITE_IOERR_WRITE;
-  FileState& state = world.files[Cut(file)->path];
-  if (world.plan.lose_unsynced) {
+  Disk& disk = TheDisk();
+  if (disk.ended) return SQLITE_IOERR_WRITE;
+  if (Errs(disk, Kind::kWrite)) return disk.plan.errors.full ? SQLITE_FULL : SQLITE_IOERR_WRITE;
+  FileState& state = disk.files[Cut(file)->path];
+  if (disk.plan.lose_unsynced) {
     Change change;
     change.offset = offset;
     kPassing.xFileSize(file, &change.size_before);
@@ -148,16 +141,15 @@ int Write(sqlite3_file* file, const void* bytes, int amount, sqlite3_int64 offse
     state.unsynced.push_back(std::move(change));
   }
   // The write at which it ends counts as under way: it may be there in part.
-  if (!CountOperation(world)) return SQLITE_IOERR_WRITE;
+  if (!CountOperation(disk)) return SQLITE_IOERR_WRITE;
   return kPassing.xWrite(file, bytes, amount, offset);
 }
 
 int Truncate(sqlite3_file* file, sqlite3_int64 size) {
-  World& world = TheWorld();
-  const std::lock_guard lock(world.mu);
-  if (world.ended || Errs(world, Kind::kOther)) return SQLITE_IOERR_TRUNCATE;
-  FileState& state = world.files[Cut(file)->path];
-  if (world.plan.lose_unsynced) {
+  Disk& disk = TheDisk();
+  if (disk.ended || Errs(disk, Kind::kOther)) return SQLITE_IOERR_TRUNCATE;
+  FileState& state = disk.files[Cut(file)->path];
+  if (disk.plan.lose_unsynced) {
     Change change;
     change.offset = size;
     change.truncates = true;
@@ -169,25 +161,23 @@ int Truncate(sqlite3_file* file, sqlite3_int64 size) {
     }
     state.unsynced.push_back(std::move(change));
   }
-  if (!CountOperation(world)) return SQLITE_IOERR_TRUNCATE;
+  if (!CountOperation(disk)) return SQLITE_IOERR_TRUNCATE;
   return kPassing.xTruncate(file, size);
 }
 
 int Sync(sqlite3_file* file, int) {
-  World& world = TheWorld();
-  const std::lock_guard lock(world.mu);
-  if (Errs(world, Kind::kOther) || !CountOperation(world)) return SQLITE_IOERR_FSYNC;
+  Disk& disk = TheDisk();
+  if (Errs(disk, Kind::kOther) || !CountOperation(disk)) return SQLITE_IOERR_FSYNC;
   // The real one would only cost time: it is this file that decides what survives.
-  FileState& state = world.files[Cut(file)->path];
+  FileState& state = disk.files[Cut(file)->path];
   state.unsynced.clear();
   state.created = false;
   return SQLITE_OK;
 }
 
 int Read(sqlite3_file* file, void* bytes, int amount, sqlite3_int64 offset) {
-  World& world = TheWorld();
-  const std::lock_guard lock(world.mu);
-  if (Errs(world, Kind::kRead)) return SQLITE_IOERR_READ;
+  Disk& disk = TheDisk();
+  if (Errs(disk, Kind::kRead)) return SQLITE_IOERR_READ;
   return kPassing.xRead(file, bytes, amount, offset);
 }
 constexpr sqlite3_io_methods kMethods = [] {
@@ -205,17 +195,15 @@ int Open(sqlite3_vfs* vfs, sqlite3_filename name, sqlite3_file* file, int flags,
   const bool known = access(name, F_OK) == 0;
   const int code = OpenBelow<CutFile>(vfs, kMethods, name, file, flags, out_flags);
   if (code != SQLITE_OK) return code;
-  World& world = TheWorld();
-  const std::lock_guard lock(world.mu);
-  if (!known) world.files[name].created = true;
+  Disk& disk = TheDisk();
+  if (!known) disk.files[name].created = true;
   return code;
 }
 
 int Delete(sqlite3_vfs* vfs, const char* name, int sync_folder) {
-  World& world = TheWorld();
-  const std::lock_guard lock(world.mu);
-  if (Errs(world, Kind::kOther) || !CountOperation(world)) return SQLITE_IOERR_DELETE;
-  world.files.erase(name);
+  Disk& disk = TheDisk();
+  if (Errs(disk, Kind::kOther) || !CountOperation(disk)) return SQLITE_IOERR_DELETE;
+  disk.files.erase(name);
   return PassVfs<&sqlite3_vfs::xDelete>(vfs, name, sync_folder);
 }
 
@@ -224,42 +212,27 @@ int Delete(sqlite3_vfs* vfs, const char* name, int sync_folder) {
 void RegisterPowerCutVfs() {
   static sqlite3_vfs vfs;
   if (vfs.pAppData != nullptr) return;
-  vfs = VfsOver<CutFile>(sqlite3_vfs_find(nullptr), kPowerCutVfs, Open);
+  // No other process opens these files: no locks of the system, and the WAL's index in memory.
+  vfs = VfsOver<CutFile>(sqlite3_vfs_find("unix-excl"), kPowerCutVfs, Open);
   vfs.xDelete = Delete;
   sqlite3_vfs_register(&vfs, 0);
 }
 
 void SetVfsPlan(const VfsPlan& plan) {
-  World& world = TheWorld();
-  const std::lock_guard lock(world.mu);
-  world.plan = plan;
-  world.operations = world.tried = 0;
-  world.ended = false;
-  world.files.clear();
-}
-
-int64_t VfsOperations() {
-  World& world = TheWorld();
-  const std::lock_guard lock(world.mu);
-  return world.operations;
+  Disk& disk = TheDisk();
+  disk.plan = plan;
+  disk.operations = disk.tried = 0;
+  disk.ended = false;
+  disk.files.clear();
 }
 
 void EndVfs(bool lose_unsynced) {
-  World& world = TheWorld();
-  const std::lock_guard lock(world.mu);
-  if (!world.ended) End(world, lose_unsynced);
+  Disk& disk = TheDisk();
+  if (!disk.ended) End(disk, lose_unsynced);
 }
 
-void MendDisk() {
-  World& world = TheWorld();
-  const std::lock_guard lock(world.mu);
-  world.plan.errors = {};
-}
+void MendDisk() { TheDisk().plan.errors = {}; }
 
-bool VfsHasEnded() {
-  World& world = TheWorld();
-  const std::lock_guard lock(world.mu);
-  return world.ended;
-}
+bool VfsHasEnded() { return TheDisk().ended; }
 
 }  // namespace parallax::faults

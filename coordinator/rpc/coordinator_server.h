@@ -22,8 +22,8 @@
 #include "coordinator/search/samplers.h"
 #include "coordinator/search/trial_scores.h"
 #include "coordinator/study/notify_hosts.h"
-#include "parallax/v1/service.pb.h"
 #include "parallax/v1/search.pb.h"
+#include "parallax/v1/service.pb.h"
 #include "parallax/v1/stream.pb.h"
 
 namespace parallax {

@@ -4,10 +4,10 @@
 #include <memory>
 
 #include "tests/faults/experiment.h"
-#include "tests/faults/simulate/users/client.h"
-#include "tests/faults/simulate/users/consumer.h"
 #include "tests/faults/simulate/coordinator.h"
 #include "tests/faults/simulate/exact_math.h"
+#include "tests/faults/simulate/users/client.h"
+#include "tests/faults/simulate/users/consumer.h"
 #include "tests/faults/simulate/users/searcher.h"
 #include "tests/faults/simulate/worker.h"
 

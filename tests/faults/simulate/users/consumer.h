@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "coordinator/stream/stream_order.h"
-#include "tests/faults/simulate/users/client.h"
 #include "tests/faults/simulate/coordinator.h"
+#include "tests/faults/simulate/users/client.h"
 #include "tests/faults/simulate/world.h"
 
 namespace parallax::faults {

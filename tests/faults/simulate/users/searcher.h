@@ -5,8 +5,8 @@
 #include <string>
 
 #include "coordinator/search/search_keeper.h"
-#include "tests/faults/simulate/users/client.h"
 #include "tests/faults/simulate/coordinator.h"
+#include "tests/faults/simulate/users/client.h"
 #include "tests/faults/simulate/world.h"
 
 namespace parallax::faults {

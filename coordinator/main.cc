@@ -21,6 +21,7 @@
 #include "common/store/store.h"
 #include "coordinator/client/scores/page_table.h"
 #include "coordinator/client/scores/score_trials.h"
+#include "coordinator/client/search/search_picture.h"
 #include "coordinator/init.h"
 #include "coordinator/queue/database_tools.h"
 #include "coordinator/queue/job_queue.h"
@@ -401,6 +402,7 @@ int Main(int argc, char** argv) {
   if (!level.ok()) return End({level.status(), kExitUsage});
   InitLogging({.json = line.log_json, .level = *level, .program = "coordinator"});
   line.serve.table = PageTable;
+  line.serve.picture = client::SearchSvg;
   line.serve.scores = ScoreTrials;
   if (serve->parsed()) return End(Serve(line.serve));
   if (init->parsed()) return End(Init(line.init));

@@ -274,6 +274,7 @@ ProgramError Serve(const ServeOptions& options) {
     if (options.table != nullptr) {
       page.table = [&](int64_t study) { return options.table(**queue, **store, study); };
     }
+    page.picture = options.picture;
     auto started = HttpServer::Start(page, **queue, **server);
     if (!started.ok()) return ListenError(started.status());
     http = *std::move(started);

@@ -13,6 +13,7 @@ std::vector<WebRoute> ApiRoutes(ApiParts& parts) {
   AddSessionRoutes(parts, routes);
   AddFarmRoutes(parts, routes);
   AddStudyRoutes(parts, routes);
+  AddSearchRoutes(parts, routes);
   AddPairRoutes(parts, routes);
   AddJobRoutes(parts, routes);
   return routes;

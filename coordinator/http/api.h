@@ -30,6 +30,7 @@ struct ApiParts {
   std::string cookie;
   bool secure_cookie = false;
   std::function<absl::StatusOr<std::string>(int64_t study)> table;  // See HttpServerOptions.
+  std::function<std::string(const v1::SearchStatus&)> picture;      // See HttpServerOptions.
 };
 
 // Returns all routes, health and metrics too. `parts` must outlive them.
@@ -39,6 +40,7 @@ std::vector<WebRoute> ApiRoutes(ApiParts& parts);
 void AddSessionRoutes(ApiParts& parts, std::vector<WebRoute>& routes);
 void AddFarmRoutes(ApiParts& parts, std::vector<WebRoute>& routes);
 void AddStudyRoutes(ApiParts& parts, std::vector<WebRoute>& routes);
+void AddSearchRoutes(ApiParts& parts, std::vector<WebRoute>& routes);
 void AddPairRoutes(ApiParts& parts, std::vector<WebRoute>& routes);
 void AddJobRoutes(ApiParts& parts, std::vector<WebRoute>& routes);
 

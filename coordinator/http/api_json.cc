@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "coordinator/study/rigs.h"
+#include "coordinator/view/search_json.h"
 #include "coordinator/view/status_view.h"
 
 namespace parallax {
@@ -53,6 +54,10 @@ Json FarmJson(const StatusSnapshot& snapshot) {
   }
   Json streams = Json::array();
   for (const v1::StreamStatus& stream : snapshot.streams) streams.push_back(StreamJson(stream));
+  Json searches = Json::array();
+  for (const v1::SearchStatus& search : snapshot.searches) {
+    searches.push_back(SearchLineJson(search));
+  }
   return {{"version", snapshot.version},
           {"epoch", snapshot.epoch},
           {"store", snapshot.store_uri},
@@ -69,6 +74,7 @@ Json FarmJson(const StatusSnapshot& snapshot) {
             {"states", states}}},
           {"studies", studies},
           {"streams", streams},
+          {"searches", searches},
           {"running", running}};
 }
 

@@ -62,7 +62,8 @@ class HttpServerImpl final : public HttpServer {
     ASSIGN_OR_RETURN(http_, WebServer::Bind(ServerOptions()));
     address_ = http_->address();
     parts_.emplace(ApiParts{queue_, server_, sampler_, *reader_, pictures_, sessions_, token_,
-                            fmt::format("parallax_{}", address_.port), is_tls_, options_.table});
+                            fmt::format("parallax_{}", address_.port), is_tls_, options_.table,
+                            options_.picture});
     routes_ = ApiRoutes(*parts_);
     for (const WebRoute& route : routes_) patterns_.emplace_back(route.pattern);
     http_->Start([this](const ServerRequest& request) { return Answer(request); },

@@ -21,6 +21,7 @@
 #include "common/rpc/endpoint.h"
 #include "coordinator/http/server/web_server.h"
 #include "coordinator/rpc/storage/farm_space.h"
+#include "parallax/v1/search.pb.h"
 
 namespace parallax {
 
@@ -42,6 +43,8 @@ struct HttpServerOptions {
   ListenerLimits limits = WebServerLimits().connections;
   // Returns a study's table of results, as JSON {"text", "table"}; null: the page shows none.
   std::function<absl::StatusOr<std::string>(int64_t study)> table;
+  // Draws a search as SVG; null: the page shows no picture.
+  std::function<std::string(const v1::SearchStatus&)> picture;
   // Returns the room on the farm's disks, for /metrics; null: not known.
   std::function<FarmSpace()> space;
   Clock* clock = &Clock::System();

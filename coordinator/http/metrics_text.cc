@@ -6,6 +6,8 @@
 #include <limits>
 #include <map>
 
+#include "coordinator/view/search_json.h"
+
 namespace parallax {
 namespace {
 
@@ -305,6 +307,33 @@ void WriteStreams(const StatusSnapshot& snapshot, Writer& out) {
   }
 }
 
+void WriteSearches(const StatusSnapshot& snapshot, Writer& out) {
+  const auto is_open = [](const v1::SearchStatus& search) {
+    return search.state() != "ended" && search.state() != "stopped";
+  };
+  const auto each = [&](const char* name, const char* help, auto value) {
+    out.Head(name, "gauge", help);
+    for (const v1::SearchStatus& search : snapshot.searches) {
+      out.Sample(name, {{"search", search.name()}}, static_cast<double>(value(search)));
+    }
+  };
+  out.Head("search_trials", "gauge", "Trials: open, dropped by their scores, or failed.");
+  for (const v1::SearchStatus& search : snapshot.searches) {
+    for (const auto& [state, trials] : TrialStates(search)) {
+      out.Sample("search_trials", {{"search", search.name()}, {"state", state}}, trials);
+    }
+  }
+  each("search_rung", "The rung that runs, from 1.",
+       [](const v1::SearchStatus& search) { return search.rung() + 1; });
+  each("search_core_hours", "Core-hours of its results that were made for it.",
+       [](const v1::SearchStatus& search) { return search.core_hours(); });
+  each("search_core_hours_most", "Core-hours beyond which no rung begins; 0: no limit.",
+       [](const v1::SearchStatus& search) { return search.study().search().core_hours(); });
+  each("search_open", "1 until the search has ended or was stopped, then 0.", is_open);
+  each("search_needs_person", "1 if the search can't go on until a person acts, else 0.",
+       [&](const v1::SearchStatus& search) { return is_open(search) && !search.needs().empty(); });
+}
+
 }  // namespace
 
 std::string EscapeLabel(std::string_view value) {
@@ -341,6 +370,7 @@ std::string MetricsText(const StatusSnapshot& snapshot) {
   WritePairs(snapshot, out);
   WriteRunning(snapshot, out);
   WriteStreams(snapshot, out);
+  WriteSearches(snapshot, out);
   return out.Take();
 }
 

@@ -93,6 +93,7 @@ absl::StatusOr<StatusSnapshot> StatusSampler::Read() {
   if (space_) fresh.space = space_();
   ASSIGN_OR_RETURN(fresh.running, queue_.ListRunning());
   ASSIGN_OR_RETURN(fresh.streams, server_.Streams());
+  ASSIGN_OR_RETURN(fresh.searches, server_.Searches());
   int64_t pairs = 0;
   for (const v1::StudyStatus& study : fresh.studies) pairs += CountsOf(study).done;
   rate_.Add(fresh.uptime_s, static_cast<double>(pairs));

@@ -8,6 +8,7 @@
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
 #include "coordinator/rpc/storage/farm_space.h"
+#include "parallax/v1/search.pb.h"
 #include "parallax/v1/service.pb.h"
 #include "parallax/v1/stream.pb.h"
 
@@ -27,8 +28,9 @@ struct StatusSnapshot {
   std::vector<v1::WorkerStatus> workers;
   ServerMetrics server;
   JobQueueStats queue;
-  std::vector<RunningJob> running;        // Jobs that report figures.
-  std::vector<v1::StreamStatus> streams;  // By name.
+  std::vector<RunningJob> running;         // Jobs that report figures.
+  std::vector<v1::StreamStatus> streams;   // By name.
+  std::vector<v1::SearchStatus> searches;  // By name, whole.
   FarmSpace space;
 };
 

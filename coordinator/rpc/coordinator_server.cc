@@ -115,6 +115,10 @@ class CoordinatorServerImpl final : public CoordinatorServer {
     return streams_.Statuses();
   }
 
+  absl::StatusOr<std::vector<v1::SearchStatus>> Searches() const override {
+    return searches_.Statuses();
+  }
+
   absl::Status CheckAnswers() const override {
     std::lock_guard lock(answers_mu_);
     if (!asked_ || SecondsBetween(*asked_, clock_.Steady()) >= kAskEvery_s) {
@@ -167,7 +171,7 @@ class CoordinatorServerImpl final : public CoordinatorServer {
   ArtifactsService artifacts_;
   CoordinatorService service_;
   mutable StreamsService streams_;  // Its first look reads the database.
-  SearchesService searches_;
+  mutable SearchesService searches_;
   std::unique_ptr<RevokedCertificates> revoked_;  // Present where callers have certificates.
   std::unique_ptr<RpcServer> server_;
   mutable std::mutex answers_mu_;

@@ -23,6 +23,7 @@
 #include "coordinator/search/trial_scores.h"
 #include "coordinator/study/notify_hosts.h"
 #include "parallax/v1/service.pb.h"
+#include "parallax/v1/search.pb.h"
 #include "parallax/v1/stream.pb.h"
 
 namespace parallax {
@@ -118,6 +119,8 @@ class CoordinatorServer {
   virtual ServerMetrics Metrics() const = 0;
   // Returns the streams that are not gone, by name. Errors: the database's.
   virtual absl::StatusOr<std::vector<v1::StreamStatus>> Streams() const = 0;
+  // Returns the searches that are not gone, whole, by name. Errors: the database's.
+  virtual absl::StatusOr<std::vector<v1::SearchStatus>> Searches() const = 0;
   // Connects to its own addresses and waits for an answer, at most once a second: calls in between
   // get the same answer. Errors: kUnavailable that names the address that does not answer.
   virtual absl::Status CheckAnswers() const = 0;

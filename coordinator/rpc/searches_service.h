@@ -8,6 +8,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "common/base/status.h"
 #include "common/base/system/clock.h"
@@ -33,6 +34,8 @@ class SearchesService final : public v1::Searches::CallbackService {
 
   // Begins to keep the searches going.
   void Start();
+  // Returns all searches whole, by name. Errors: the database's.
+  absl::StatusOr<std::vector<v1::SearchStatus>> Statuses() { return keeper_.ListWhole(); }
   // Ends that, and waits until no call is in progress. Idempotent.
   void Stop();
 

@@ -13,6 +13,8 @@ namespace parallax {
 namespace {
 
 constexpr int kFewestAtOnce = 4;  // A sampler begins with so many trials to learn from.
+// A seed with this bit has trainings of its own; see TrainingSeed.
+constexpr uint64_t kFreshTrainings = uint64_t{1} << 63;
 
 using Names = std::vector<std::string>;
 
@@ -195,7 +197,7 @@ absl::StatusOr<v1::StudySpec> ConfirmStudy(const v1::StudySpec& search,
   const int32_t seeds = search.search().confirm().seeds();
   return StudyOf(search,
                  {.suffix = "-confirm",
-                  .seed = Rng(SceneSeed{search.seed()}, "search/confirm").Seed(),
+                  .seed = Rng(SceneSeed{search.seed()}, "search/confirm").Seed() | kFreshTrainings,
                   .pairs = base.pairs() > 0 ? base.pairs() : search.pairs(),
                   .steps = 1,
                   .seeds = seeds > 0 ? seeds : TrainingsOf(search),

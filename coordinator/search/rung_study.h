@@ -50,8 +50,8 @@ double StepsOfRung(const v1::StudySpec& search, int rung);
 // the values of a trial make no valid config, naming it.
 absl::StatusOr<v1::StudySpec> RungStudy(const v1::StudySpec& search, int rung,
                                         const std::vector<v1::SearchTrial>& trials);
-// Returns the study that confirms a trial: it and the default, from another seed, on the
-// benchmarks of the confirmation. Errors: as RungStudy.
+// Returns the study that confirms a trial: it and the default, with scenes and trainings of other
+// seeds than any rung's, on the benchmarks of the confirmation. Errors: as RungStudy.
 absl::StatusOr<v1::StudySpec> ConfirmStudy(const v1::StudySpec& search,
                                            const v1::SearchTrial& best);
 

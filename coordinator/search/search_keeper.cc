@@ -103,33 +103,6 @@ v1::SearchRecord Continued(const v1::SearchRecord& before, const v1::StudySpec& 
 
 }  // namespace
 
-absl::Status SearchKeeper::Load() {
-  if (loaded_) return absl::OkStatus();
-  ASSIGN_OR_RETURN(std::vector<v1::SearchRecord> records, queue_.ListSearches());
-  for (v1::SearchRecord& record : records) {
-    const std::string name = record.study().name();
-    searches_[name].record = std::move(record);
-  }
-  loaded_ = true;
-  return absl::OkStatus();
-}
-
-absl::StatusOr<SearchKeeper::Search*> SearchKeeper::Find(const std::string& name) {
-  RETURN_IF_ERROR(Load());
-  const auto found = searches_.find(name);
-  if (found != searches_.end()) return &found->second;
-  std::string known;
-  for (const auto& [other, search] : searches_) known += (known.empty() ? "" : ", ") + other;
-  return NotFound("search {} is not known; {}", Quoted(name),
-                  known.empty() ? "`parallax search FILE` begins one" : "known are: " + known);
-}
-
-absl::Status SearchKeeper::Keep(Search& search, v1::SearchRecord record) {
-  RETURN_IF_ERROR(queue_.KeepSearch(record));
-  search.record = std::move(record);
-  return absl::OkStatus();
-}
-
 absl::StatusOr<v1::SearchStatus> SearchKeeper::Open(const v1::StudySpec& given,
                                                     std::string_view actor) {
   RETURN_IF_ERROR(CheckSearch(given));
@@ -152,9 +125,9 @@ absl::StatusOr<v1::SearchStatus> SearchKeeper::Open(const v1::StudySpec& given,
   RETURN_IF_ERROR(ConfirmStudy(study, trials.back()).status());
   std::lock_guard lock(mu_);
   RETURN_IF_ERROR(Load());
-  const auto found = searches_.find(study.name());
+  const auto found = entries_.find(study.name());
   v1::SearchRecord record;
-  if (found == searches_.end()) {
+  if (found == entries_.end()) {
     *record.mutable_study() = study;
     record.set_actor(std::string(actor));
     record.set_opened_unix_s(clock_.UnixSeconds());
@@ -178,14 +151,10 @@ absl::StatusOr<v1::SearchStatus> SearchKeeper::Open(const v1::StudySpec& given,
     }
     record = Continued(before, study, trials);
   }
-  const bool is_changed = found == searches_.end() ||
+  const bool is_changed = found == entries_.end() ||
                           DeterministicBytes(found->second.record) != DeterministicBytes(record);
-  if (is_changed) {
-    RETURN_IF_ERROR(queue_.KeepSearch(record));
-    searches_[study.name()] = Search();
-    searches_[study.name()].record = std::move(record);
-  }
-  Search& search = searches_[study.name()];
+  if (is_changed) RETURN_IF_ERROR(Begin(std::move(record)).status());
+  Search& search = entries_[study.name()];
   RETURN_IF_ERROR(Step(search));
   return StatusOf(search, /*whole=*/true);
 }
@@ -206,23 +175,12 @@ absl::StatusOr<v1::SearchStatus> SearchKeeper::Stop(const std::string& name,
   return StatusOf(*search, /*whole=*/true);
 }
 
-absl::StatusOr<std::vector<v1::SearchStatus>> SearchKeeper::List(const std::string& name) {
+absl::StatusOr<std::vector<v1::SearchStatus>> SearchKeeper::ListWhole() {
   std::lock_guard lock(mu_);
   RETURN_IF_ERROR(Load());
   std::vector<v1::SearchStatus> all;
-  if (!name.empty()) {
-    ASSIGN_OR_RETURN(Search * search, Find(name));
-    all.push_back(StatusOf(*search, /*whole=*/true));
-    return all;
-  }
-  for (auto& [other, search] : searches_) all.push_back(StatusOf(search, /*whole=*/false));
+  for (auto& entry : entries_) all.push_back(StatusOf(entry.second, /*whole=*/true));
   return all;
-}
-
-absl::StatusOr<std::string> SearchKeeper::OpenedBy(const std::string& name) {
-  std::lock_guard lock(mu_);
-  ASSIGN_OR_RETURN(const Search* search, Find(name));
-  return search->record.actor();
 }
 
 absl::StatusOr<bool> SearchKeeper::End(Search& search) {
@@ -242,23 +200,35 @@ absl::StatusOr<bool> SearchKeeper::End(Search& search) {
       return cancelled;
     }
   }
-  if (!search.record.forget() || !is_gone) return false;
-  RETURN_IF_ERROR(queue_.RemoveSearch(search.name()));
-  return true;
+  return search.record.forget() && is_gone;
+}
+
+absl::StatusOr<bool> SearchKeeper::Advance(Search& search) {
+  if (search.record.forget()) return End(search);
+  RETURN_IF_ERROR(Step(search, /*may_ask=*/true));
+  return false;
 }
 
 absl::Status SearchKeeper::Tick() {
-  std::lock_guard lock(mu_);
-  RETURN_IF_ERROR(Load());
-  for (auto entry = searches_.begin(); entry != searches_.end();) {
-    Search& search = entry->second;
-    bool is_gone = false;
-    if (search.record.forget()) {
-      ASSIGN_OR_RETURN(is_gone, End(search));
-    } else {
-      RETURN_IF_ERROR(Step(search, /*may_ask=*/true));
+  std::map<std::string, ScoreQuery> wanted;
+  {
+    std::lock_guard lock(mu_);
+    RETURN_IF_ERROR(AdvanceAll());
+    for (const auto& [name, search] : entries_) {
+      if (search.wanted) wanted[name] = *search.wanted;
     }
-    entry = is_gone ? searches_.erase(entry) : std::next(entry);
+  }
+  for (const auto& [name, query] : wanted) {
+    // Without the lock: a store may be slow, and people look meanwhile.
+    absl::StatusOr<std::vector<TrialScore>> scores = scorer_(query);
+    std::lock_guard lock(mu_);
+    const auto entry = entries_.find(name);
+    // Somebody may have stopped it, or tried failed jobs again.
+    if (entry == entries_.end() || entry->second.wanted != query) continue;
+    entry->second.scores = std::move(scores);
+    const absl::Status status = Step(entry->second, /*may_ask=*/true);
+    entry->second.scores.reset();
+    RETURN_IF_ERROR(status);
   }
   return absl::OkStatus();
 }
@@ -267,6 +237,7 @@ absl::Status SearchKeeper::Step(Search& search, bool may_ask) {
   search.needs.clear();
   search.waits_for.clear();
   search.has_failed = false;
+  search.wanted.reset();
   const v1::SearchRecord& record = search.record;
   if (scorer_ == nullptr || !record.stopped().empty() || IsOver(record)) return absl::OkStatus();
   if (EndedRungs(record) < record.rung_studies_size()) return LookAtRung(search, may_ask);
@@ -304,7 +275,8 @@ absl::Status SearchKeeper::BeginRung(Search& search) {
 }
 
 absl::StatusOr<std::optional<SearchKeeper::Ended>> SearchKeeper::LookAt(Search& search, int64_t id,
-                                                                        const std::string& what) {
+                                                                        const std::string& what,
+                                                                        bool is_rung) {
   const std::string again =
       fmt::format("`parallax search {} --stop`, and begin it again", search.name());
   const absl::StatusOr<v1::StudyStatus> study = queue_.GetStudy(StudyId{id});
@@ -319,39 +291,59 @@ absl::StatusOr<std::optional<SearchKeeper::Ended>> SearchKeeper::LookAt(Search& 
   search.has_failed = study->state() == v1::STUDY_STATE_FAILED;
   if (search.needs.empty()) search.waits_for = fmt::format("{} (study {}) is being made", what, id);
   if (!search.has_failed) return std::nullopt;
-  // Settings that no scene can have end a trial, not the search.
+  // Settings that no scene can have, or whose jobs fail for good, end a trial, not the search. But
+  // where no trial is left, the farm is more likely to blame than all settings.
   Ended ended;
+  size_t trials = 0, jobs_failed = 0;
   for (const v1::VariantStatus& variant : study->variants()) {
+    const bool is_trial = variant.name() != kDefaultTrial && variant.name() != kHeldoutName;
+    trials += is_trial ? 1 : 0;
     if (variant.problems().empty()) continue;
     const v1::JobProblem& problem = variant.problems(0);
-    const bool is_trial = variant.name() != kDefaultTrial && variant.name() != kHeldoutName;
-    if (problem.state() != "GAVE_UP" || !is_trial) return std::nullopt;
+    const bool gave_up = problem.state() == "GAVE_UP";
+    if (!is_trial || (!gave_up && !is_rung)) return std::nullopt;
+    jobs_failed += gave_up ? 0 : 1;
     ended.failed[variant.name()] = problem.error();
   }
-  if (ended.failed.empty()) return std::nullopt;
+  if (ended.failed.empty() || (jobs_failed > 0 && ended.failed.size() == trials)) {
+    return std::nullopt;
+  }
   search.needs.clear();
   search.has_failed = false;
   return ended;
 }
 
 absl::StatusOr<std::optional<std::vector<TrialScore>>> SearchKeeper::Score(
-    Search& search, int64_t study, const std::vector<std::string>& benchmarks) {
+    Search& search, int64_t study, const std::vector<std::string>& benchmarks, const Ended& ended) {
   ASSIGN_OR_RETURN(const StudyCosts costs, queue_.CostsOf(StudyId{study}));
-  ScoreQuery query{.study = study, .benchmarks = benchmarks};
-  query.decide_by_log = search.study().evaluate().decides() == "log";
+  ScoreQuery query{.study = study,
+                   .benchmarks = benchmarks,
+                   .weigh_groups = search.study().evaluate().weigh_groups(),
+                   .decide_by_log = search.study().evaluate().decides() == "log"};
+  for (const auto& [variant, why] : ended.failed) query.without.insert(variant);
   std::map<std::string, double> core_s;
   for (const auto& [variant, pairs] : costs.variants) {
     core_s[variant] = pairs.core_s / static_cast<double>(std::max<int64_t>(1, pairs.pairs));
     query.points[variant] = search.study().search().points_per_core_s() * core_s[variant];
   }
-  absl::StatusOr<std::vector<TrialScore>> scores = scorer_(query);
-  if (!scores.ok()) {
-    search.needs = fmt::format("the scores of study {} can't be read: {}", study,
-                               ToStd(scores.status().message()));
+  if (!search.scores) {
+    search.wanted = std::move(query);
+    search.needs = search.scores_problem;  // It is tried again, and not solved yet.
+    if (search.needs.empty()) {
+      search.waits_for = fmt::format("the scores of study {} are read", study);
+    }
     return std::nullopt;
   }
-  for (TrialScore& score : *scores) score.core_s_per_pair = core_s[score.variant];
-  return *std::move(scores);
+  search.scores_problem.clear();
+  if (!search.scores->ok()) {
+    search.scores_problem = fmt::format("the scores of study {} can't be read: {}", study,
+                                        ToStd(search.scores->status().message()));
+    search.needs = search.scores_problem;
+    return std::nullopt;
+  }
+  std::vector<TrialScore> scores = **search.scores;
+  for (TrialScore& score : scores) score.core_s_per_pair = core_s[score.variant];
+  return scores;
 }
 
 absl::StatusOr<double> SearchKeeper::CoreHoursOf(const v1::SearchRecord& record) {
@@ -426,9 +418,10 @@ absl::Status SearchKeeper::LookAtRung(Search& search, bool may_ask) {
   }
   const int64_t study = search.record.rung_studies(rung);
   ASSIGN_OR_RETURN(const std::optional<Ended> ended,
-                   LookAt(search, study, fmt::format("rung {}", rung + 1)));
+                   LookAt(search, study, fmt::format("rung {}", rung + 1), /*is_rung=*/true));
   if (!ended) return absl::OkStatus();
-  ASSIGN_OR_RETURN(const auto scores, Score(search, study, SearchedBenchmarks(search.study())));
+  ASSIGN_OR_RETURN(const auto scores,
+                   Score(search, study, SearchedBenchmarks(search.study()), *ended));
   if (!scores) return absl::OkStatus();
   ASSIGN_OR_RETURN(const double core_hours, CoreHoursOf(search.record));
   const double budget = search.study().search().core_hours();
@@ -461,10 +454,12 @@ absl::Status SearchKeeper::Confirm(Search& search) {
     return Keep(search, std::move(record));
   }
   const int64_t study = record.confirm_study();
-  ASSIGN_OR_RETURN(const std::optional<Ended> ended, LookAt(search, study, "the confirmation"));
+  ASSIGN_OR_RETURN(const std::optional<Ended> ended,
+                   LookAt(search, study, "the confirmation", /*is_rung=*/false));
   if (!ended) return absl::OkStatus();
   if (ended->failed.empty()) {
-    ASSIGN_OR_RETURN(const auto scores, Score(search, study, ConfirmedBenchmarks(search.study())));
+    ASSIGN_OR_RETURN(const auto scores,
+                     Score(search, study, ConfirmedBenchmarks(search.study()), *ended));
     if (!scores) return absl::OkStatus();
     for (const TrialScore& score : *scores) {
       if (score.variant != TrialName(best)) continue;

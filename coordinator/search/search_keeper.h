@@ -4,12 +4,11 @@
 // own, so that a restart finds it again. Every decision is a function of the record and of results,
 // so that it is the same however often the coordinator dies on the way.
 //
-// Thread-safe. Blocks on the queue, and on the store while scores are read.
+// Thread-safe. Blocks on the queue; only Tick waits for the store, whose scores it reads.
 #pragma once
 
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -18,6 +17,7 @@
 #include "common/base/ids.h"
 #include "common/base/status.h"
 #include "common/base/system/clock.h"
+#include "coordinator/queue/record_keeper.h"
 #include "coordinator/search/samplers.h"
 #include "coordinator/search/trial_scores.h"
 #include "parallax/v1/search.pb.h"
@@ -25,15 +25,35 @@
 
 namespace parallax {
 
-class JobQueue;
+// A search, and what its keeper knows of it.
+struct KeptSearch {
+  v1::SearchRecord record;
+  std::string needs;      // What a person must do before it goes on.
+  std::string waits_for;  // Why the next step was not taken.
+  bool has_failed = false;
+  std::unique_ptr<SamplerRun> asking;  // The sampler is asked for trials.
+  std::string sampler_problem;         // Why it was asked in vain.
+  SteadyTime ask_after;                // It is not asked again before.
+  std::optional<ScoreQuery> wanted;    // The next step needs these scores.
+  std::optional<absl::StatusOr<std::vector<TrialScore>>> scores;  // The answer, for one step.
+  std::string scores_problem;  // Why the last ones could not be read.
+  // The settings' importances on the first rung; absent until it has ended and somebody asked.
+  std::optional<std::vector<v1::SearchImportance>> importances;
 
-class SearchKeeper {
+  const v1::StudySpec& study() const { return record.study(); }
+  const std::string& name() const { return record.study().name(); }
+};
+
+class SearchKeeper final : public RecordKeeper<KeptSearch, v1::SearchStatus> {
  public:
-  // Both must outlive the keeper, and all that `scorer` refers to. Without a scorer no search
-  // begins or goes on. `samplers` are those that searches may name, beside the built-in one.
+  // All that `scorer` refers to must outlive the keeper. Without a scorer no search begins or goes
+  // on. `samplers` are those that searches may name, beside the built-in one.
   SearchKeeper(JobQueue& queue, Clock& clock, TrialScorer scorer,
                std::map<std::string, Sampler> samplers = {})
-      : queue_(queue), clock_(clock), scorer_(std::move(scorer)), samplers_(std::move(samplers)) {}
+      : RecordKeeper(queue, clock, "search",
+                     {&JobQueue::ListSearches, &JobQueue::KeepSearch, &JobQueue::RemoveSearch}),
+        scorer_(std::move(scorer)),
+        samplers_(std::move(samplers)) {}
 
   // Begins a search, finds the one that was begun with the same study, or goes on with it if only
   // its trials are more, its core-hours others, or it was stopped: results that it has are taken
@@ -45,11 +65,8 @@ class SearchKeeper {
   // calls of Tick. Errors: kNotFound; the database's.
   absl::StatusOr<v1::SearchStatus> Stop(const std::string& name, const std::string& reason,
                                         bool forget);
-  // Returns the searches by name, without trials and studies' specs; or that of the name, with
-  // both. Errors: kNotFound.
-  absl::StatusOr<std::vector<v1::SearchStatus>> List(const std::string& name);
-  // Returns who opened the search. Errors: kNotFound.
-  absl::StatusOr<std::string> OpenedBy(const std::string& name);
+  // Returns all searches whole, by name. Errors: the database's.
+  absl::StatusOr<std::vector<v1::SearchStatus>> ListWhole();
 
   // Takes each search at most one step further. Call it every second or so, always from the same
   // thread, which lives as long as the keeper: samplers run as its children. Errors: the
@@ -57,30 +74,15 @@ class SearchKeeper {
   absl::Status Tick();
 
  private:
-  struct Search {
-    v1::SearchRecord record;
-    std::string needs;      // What a person must do before it goes on.
-    std::string waits_for;  // Why the next step was not taken.
-    bool has_failed = false;
-    std::unique_ptr<SamplerRun> asking;  // The sampler is asked for trials.
-    std::string sampler_problem;         // Why it was asked in vain.
-    SteadyTime ask_after;                // It is not asked again before.
-    // The settings' importances on the first rung; absent until it has ended and somebody asked.
-    std::optional<std::vector<v1::SearchImportance>> importances;
-
-    const v1::StudySpec& study() const { return record.study(); }
-    const std::string& name() const { return record.study().name(); }
-  };
+  using Search = KeptSearch;
   // A study of a search that has ended.
   struct Ended {
-    // Trials that can make no pairs, by the names of their variants, with the reason.
+    // Trials that can't be scored, by the names of their variants, with the reason.
     std::map<std::string, std::string> failed;
   };
 
   // All need mu_.
-  absl::Status Load();
-  absl::StatusOr<Search*> Find(const std::string& name);
-  absl::Status Keep(Search& search, v1::SearchRecord record);
+  absl::StatusOr<bool> Advance(Search& search) override;
   // `may_ask`: whether samplers may be started, which only the thread of Tick does.
   absl::Status Step(Search& search, bool may_ask = false);
   // Submits a study of the search. Returns its id; nothing if it can't be submitted now, which is
@@ -96,26 +98,24 @@ class SearchKeeper {
   absl::Status TakeAnswer(Search& search);
   absl::Status Confirm(Search& search);
   // Looks whether a study has ended well enough to be scored; else says why in the search.
+  // `is_rung`: other trials than those that failed may go on.
   absl::StatusOr<std::optional<Ended>> LookAt(Search& search, int64_t study,
-                                              const std::string& what);
-  // Returns the scores of the study; nothing if they can't be read now, which is in `needs` then.
+                                              const std::string& what, bool is_rung);
+  // Returns the scores of the study's variants that have not failed; nothing if they are not read
+  // yet, and are `wanted` then, or can't be, which is in `needs`.
   absl::StatusOr<std::optional<std::vector<TrialScore>>> Score(
-      Search& search, int64_t study, const std::vector<std::string>& benchmarks);
+      Search& search, int64_t study, const std::vector<std::string>& benchmarks,
+      const Ended& ended);
   // Returns the core-hours of all of its studies that are there.
   absl::StatusOr<double> CoreHoursOf(const v1::SearchRecord& record);
-  // Cancels what runs of a stopped search; if it is to be forgotten, removes it. Returns whether it
-  // is gone.
+  // Cancels what runs of a stopped search; if it is to be forgotten, removes its studies. Returns
+  // whether they are gone.
   absl::StatusOr<bool> End(Search& search);
-  v1::SearchStatus StatusOf(Search& search, bool whole) const;
+  // A whole one has its trials, importances and study.
+  v1::SearchStatus StatusOf(Search& search, bool whole) const override;
 
-  JobQueue& queue_;
-  Clock& clock_;
   const TrialScorer scorer_;
   const std::map<std::string, Sampler> samplers_;
-  std::mutex mu_;
-  // Guarded by mu_.
-  bool loaded_ = false;
-  std::map<std::string, Search> searches_;
 };
 
 }  // namespace parallax

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -30,9 +31,13 @@ struct TrialScore {
 struct ScoreQuery {
   int64_t study = 0;
   std::vector<std::string> benchmarks;   // Each counts alike.
+  std::set<std::string> without;         // Variants that failed, and have no scores or not all.
+  bool weigh_groups = false;             // As `evaluate.weigh_groups` of a study.
   std::map<std::string, double> points;  // Added to the objective of a variant; absent: 0.
   // Verdicts are by the mean log error; the objective and its difference stay what they are.
   bool decide_by_log = false;
+
+  friend bool operator==(const ScoreQuery&, const ScoreQuery&) = default;
 };
 
 // Returns the scores of the study's trained variants; those without any score are absent. Errors:

@@ -61,35 +61,14 @@ absl::StatusOr<bool> Passes(const v1::StudySpec& stream, const v1::PublishedFram
 
 }  // namespace
 
-void StreamKeeper::Enter(v1::StreamRecord record) {
-  auto stream = std::make_unique<Stream>();
+void StreamKeeper::Fill(Stream& stream) const {
+  const v1::StreamRecord& record = stream.record;
   for (int i = 0; i < record.chunk_studies_size(); ++i) {
-    stream->chunks[record.chunks_forgotten() + i].study = record.chunk_studies(i);
+    stream.chunks[record.chunks_forgotten() + i].study = record.chunk_studies(i);
   }
   for (const v1::StreamConsumer& consumer : record.consumers()) {
-    stream->heard[{consumer.name(), consumer.rank()}] = clock_.Steady();
+    stream.heard[{consumer.name(), consumer.rank()}] = clock_.Steady();
   }
-  stream->record = std::move(record);
-  const std::string name = stream->study().name();
-  streams_[name] = std::move(stream);
-}
-
-absl::Status StreamKeeper::Load() {
-  if (loaded_) return absl::OkStatus();
-  ASSIGN_OR_RETURN(std::vector<v1::StreamRecord> records, queue_.ListStreams());
-  for (v1::StreamRecord& record : records) Enter(std::move(record));
-  loaded_ = true;
-  return absl::OkStatus();
-}
-
-absl::StatusOr<StreamKeeper::Stream*> StreamKeeper::Find(const std::string& name) {
-  RETURN_IF_ERROR(Load());
-  const auto found = streams_.find(name);
-  if (found != streams_.end()) return found->second.get();
-  std::string known;
-  for (const auto& [other, stream] : streams_) known += (known.empty() ? "" : ", ") + other;
-  return NotFound("stream {} is not known; {}", Quoted(name),
-                  known.empty() ? "`parallax stream FILE` begins one" : "known are: " + known);
 }
 
 absl::StatusOr<v1::StreamStatus> StreamKeeper::Open(const v1::StudySpec& given,
@@ -106,32 +85,30 @@ absl::StatusOr<v1::StreamStatus> StreamKeeper::Open(const v1::StudySpec& given,
   if (notify.has_url()) *study.mutable_notify() = notify;
   std::lock_guard lock(mu_);
   RETURN_IF_ERROR(Load());
-  const auto found = streams_.find(study.name());
-  if (found == streams_.end()) {
+  const auto found = entries_.find(study.name());
+  if (found == entries_.end()) {
     v1::StreamRecord record;
     *record.mutable_study() = study;
     record.set_actor(std::string(actor));
     record.set_opened_unix_s(clock_.UnixSeconds());
-    RETURN_IF_ERROR(queue_.KeepStream(record));
-    Enter(std::move(record));
-  } else if (found->second->record.closed()) {
+    RETURN_IF_ERROR(Begin(std::move(record)).status());
+  } else if (found->second.record.closed()) {
     return AlreadyExists("stream '{}' is being closed: its pairs are removed; try again soon",
                          study.name());
-  } else if (LastingPart(found->second->study()) != LastingPart(study)) {
+  } else if (LastingPart(found->second.study()) != LastingPart(study)) {
     return AlreadyExists(
         "stream '{}' is there already, with other settings: give this study another name, or "
         "`parallax stream {} --close`",
         study.name(), study.name());
-  } else if (UserOfActor(found->second->record.actor()) == UserOfActor(actor) &&
-             DeterministicBytes(found->second->study()) != DeterministicBytes(study)) {
-    v1::StreamRecord record = found->second->record;
+  } else if (UserOfActor(found->second.record.actor()) == UserOfActor(actor) &&
+             DeterministicBytes(found->second.study()) != DeterministicBytes(study)) {
+    v1::StreamRecord record = found->second.record;
     *record.mutable_study() = study;
-    RETURN_IF_ERROR(queue_.KeepStream(record));
-    found->second->record = std::move(record);
+    RETURN_IF_ERROR(Keep(found->second, std::move(record)));
   }
-  Stream& stream = *streams_[study.name()];
+  Stream& stream = entries_[study.name()];
   RETURN_IF_ERROR(BeginChunks(stream));
-  v1::StreamStatus status = StatusOf(stream);
+  v1::StreamStatus status = StatusOf(stream, /*whole=*/true);
   *status.mutable_study() = stream.study();
   status.mutable_study()->clear_notify();
   return status;
@@ -143,29 +120,9 @@ absl::StatusOr<v1::StreamStatus> StreamKeeper::Close(const std::string& name) {
   if (!stream->record.closed()) {
     v1::StreamRecord closed = stream->record;
     closed.set_closed(true);
-    RETURN_IF_ERROR(queue_.KeepStream(closed));
-    stream->record = std::move(closed);
+    RETURN_IF_ERROR(Keep(*stream, std::move(closed)));
   }
-  return StatusOf(*stream);
-}
-
-absl::StatusOr<std::vector<v1::StreamStatus>> StreamKeeper::List(const std::string& name) {
-  std::lock_guard lock(mu_);
-  RETURN_IF_ERROR(Load());
-  std::vector<v1::StreamStatus> all;
-  if (!name.empty()) {
-    ASSIGN_OR_RETURN(const Stream* stream, Find(name));
-    all.push_back(StatusOf(*stream));
-    return all;
-  }
-  for (const auto& [other, stream] : streams_) all.push_back(StatusOf(*stream));
-  return all;
-}
-
-absl::StatusOr<std::string> StreamKeeper::OpenedBy(const std::string& name) {
-  std::lock_guard lock(mu_);
-  ASSIGN_OR_RETURN(const Stream* stream, Find(name));
-  return stream->record.actor();
+  return StatusOf(*stream, /*whole=*/true);
 }
 
 int64_t StreamKeeper::OldestRound(const Stream& stream) const {
@@ -204,8 +161,7 @@ absl::Status StreamKeeper::BeginChunks(Stream& stream) {
     }
     v1::StreamRecord record = stream.record;
     record.add_chunk_studies(reply->study_id());
-    RETURN_IF_ERROR(queue_.KeepStream(record));
-    stream.record = std::move(record);
+    RETURN_IF_ERROR(Keep(stream, std::move(record)));
     stream.chunks[chunk].study = reply->study_id();
   }
   return absl::OkStatus();
@@ -233,8 +189,7 @@ absl::Status StreamKeeper::ForgetChunks(Stream& stream) {
     v1::StreamRecord record = stream.record;
     record.set_chunks_forgotten(first->first + 1);
     record.mutable_chunk_studies()->erase(record.chunk_studies().begin());
-    RETURN_IF_ERROR(queue_.KeepStream(record));
-    stream.record = std::move(record);
+    RETURN_IF_ERROR(Keep(stream, std::move(record)));
     std::erase_if(stream.rounds, [&](const auto& round) {
       return ChunksOfRound(stream.study(), round.first).first <= first->first;
     });
@@ -251,30 +206,23 @@ absl::StatusOr<bool> StreamKeeper::End(Stream& stream) {
                                             stream.record.actor()));
     chunk = is_gone ? stream.chunks.erase(chunk) : std::next(chunk);
   }
-  if (!stream.chunks.empty()) return false;
-  RETURN_IF_ERROR(queue_.RemoveStream(stream.study().name()));
-  return true;
+  return stream.chunks.empty();
 }
 
 absl::Status StreamKeeper::Tick() {
   std::lock_guard lock(mu_);
-  RETURN_IF_ERROR(Load());
-  for (auto entry = streams_.begin(); entry != streams_.end();) {
-    Stream& stream = *entry->second;
-    if (stream.record.closed()) {
-      ASSIGN_OR_RETURN(const bool is_over, End(stream));
-      entry = is_over ? streams_.erase(entry) : std::next(entry);
-      continue;
-    }
-    RETURN_IF_ERROR(ForgetChunks(stream));
-    RETURN_IF_ERROR(BeginChunks(stream));
-    for (auto& [number, chunk] : stream.chunks) {
-      RETURN_IF_ERROR(LookAt(stream, number, chunk));
-      if (chunk.failed) RETURN_IF_ERROR(BeginAgain(stream, number, chunk));
-    }
-    ++entry;
+  return AdvanceAll();
+}
+
+absl::StatusOr<bool> StreamKeeper::Advance(Stream& stream) {
+  if (stream.record.closed()) return End(stream);
+  RETURN_IF_ERROR(ForgetChunks(stream));
+  RETURN_IF_ERROR(BeginChunks(stream));
+  for (auto& [number, chunk] : stream.chunks) {
+    RETURN_IF_ERROR(LookAt(stream, number, chunk));
+    if (chunk.failed) RETURN_IF_ERROR(BeginAgain(stream, number, chunk));
   }
-  return absl::OkStatus();
+  return false;
 }
 
 absl::Status StreamKeeper::LookAt(const Stream& stream, int64_t number, Chunk& chunk) {
@@ -489,7 +437,7 @@ absl::StatusOr<v1::NextPairsReply> StreamKeeper::Next(const v1::NextPairsRequest
   return reply;
 }
 
-v1::StreamStatus StreamKeeper::StatusOf(const Stream& stream) const {
+v1::StreamStatus StreamKeeper::StatusOf(Stream& stream, bool) const {
   v1::StreamStatus status;
   status.set_name(stream.study().name());
   status.set_user(UserOfActor(stream.record.actor()));

@@ -13,26 +13,50 @@
 #pragma once
 
 #include <map>
-#include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/base/status.h"
 #include "common/base/system/clock.h"
+#include "coordinator/queue/record_keeper.h"
 #include "coordinator/stream/stream_order.h"
 #include "parallax/v1/stream.pb.h"
 
 namespace parallax {
 
-class JobQueue;
+// A chunk that was begun, and not forgotten.
+struct StreamChunk {
+  int64_t study = 0;
+  SteadyTime looked;  // When its study was last asked for its state.
+  bool ended = false;
+  bool failed = false;
+  std::string needs;                    // Why it does not end without a person.
+  std::vector<v1::StreamedPair> pairs;  // Once it has ended: in the order of stream_order.h.
+  int64_t filtered_out = 0;             // Pairs that fail a filter, which nobody gets.
+  std::optional<SteadyTime> used_up;    // When it was found that no consumer needs it any more.
+};
 
-class StreamKeeper {
+struct OpenStream {
+  using Round = std::vector<const v1::StreamedPair*>;  // In the order of delivery.
+  v1::StreamRecord record;
+  std::map<int64_t, StreamChunk> chunks;
+  std::map<int64_t, Round> rounds;  // Consumers have asked for them.
+  // When ranks were last heard, by (consumer, rank). A restart hears all of them.
+  std::map<std::pair<std::string, int>, SteadyTime> heard;
+  std::string needs;  // Why no chunk can be begun.
+
+  const v1::StudySpec& study() const { return record.study(); }
+  int64_t chunks_begun() const { return record.chunks_forgotten() + record.chunk_studies_size(); }
+};
+
+class StreamKeeper final : public RecordKeeper<OpenStream, v1::StreamStatus> {
  public:
-  // Both must outlive the keeper.
-  StreamKeeper(JobQueue& queue, Clock& clock) : queue_(queue), clock_(clock) {}
+  StreamKeeper(JobQueue& queue, Clock& clock)
+      : RecordKeeper(queue, clock, "stream",
+                     {&JobQueue::ListStreams, &JobQueue::KeepStream, &JobQueue::RemoveStream}) {}
 
   // Begins a stream, or finds the one that was begun with the same study; if `actor` began it, its
   // later chunks have the `notify` of now. `actor` is who asks, for the audit table. Errors:
@@ -42,10 +66,6 @@ class StreamKeeper {
   // Ends a stream. Its chunks are cancelled and forgotten by the next calls of Tick. Errors:
   // kNotFound.
   absl::StatusOr<v1::StreamStatus> Close(const std::string& name);
-  // Returns the streams, or that of the name, by name. Errors: kNotFound.
-  absl::StatusOr<std::vector<v1::StreamStatus>> List(const std::string& name);
-  // Returns who opened the stream. Errors: kNotFound.
-  absl::StatusOr<std::string> OpenedBy(const std::string& name);
 
   // Returns pairs and keeps the acknowledgement, durably if it is a new one. Without pairs the
   // reply says what it waits for: ask again. Errors: kNotFound for an unknown or closed stream;
@@ -59,33 +79,13 @@ class StreamKeeper {
   absl::Status Tick();
 
  private:
-  struct Chunk {
-    int64_t study = 0;
-    SteadyTime looked;  // When its study was last asked for its state.
-    bool ended = false;
-    bool failed = false;
-    std::string needs;                    // Why it does not end without a person.
-    std::vector<v1::StreamedPair> pairs;  // Once it has ended: in the order of stream_order.h.
-    int64_t filtered_out = 0;             // Pairs that fail a filter, which nobody gets.
-    std::optional<SteadyTime> used_up;    // When it was found that no consumer needs it any more.
-  };
-  using Round = std::vector<const v1::StreamedPair*>;  // In the order of delivery.
-  struct Stream {
-    v1::StreamRecord record;
-    std::map<int64_t, Chunk> chunks;  // Begun, and not forgotten.
-    std::map<int64_t, Round> rounds;  // Consumers have asked for them.
-    // When ranks were last heard, by (consumer, rank). A restart hears all of them.
-    std::map<std::pair<std::string, int>, SteadyTime> heard;
-    std::string needs;  // Why no chunk can be begun.
-
-    const v1::StudySpec& study() const { return record.study(); }
-    int64_t chunks_begun() const { return record.chunks_forgotten() + record.chunk_studies_size(); }
-  };
+  using Chunk = StreamChunk;
+  using Stream = OpenStream;
+  using Round = OpenStream::Round;
 
   // All need mu_.
-  absl::Status Load();
-  absl::StatusOr<Stream*> Find(const std::string& name);
-  void Enter(v1::StreamRecord record);
+  void Fill(Stream& stream) const override;
+  absl::StatusOr<bool> Advance(Stream& stream) override;
   // Submits the chunks that consumers will come to; why it can't is in `needs`.
   absl::Status BeginChunks(Stream& stream);
   absl::Status ForgetChunks(Stream& stream);
@@ -104,14 +104,7 @@ class StreamKeeper {
   int64_t OldestRound(const Stream& stream) const;
   // Returns the first chunk of which that round has pairs.
   int64_t OldestChunk(const Stream& stream) const;
-  v1::StreamStatus StatusOf(const Stream& stream) const;
-
-  JobQueue& queue_;
-  Clock& clock_;
-  std::mutex mu_;
-  // Guarded by mu_.
-  bool loaded_ = false;
-  std::map<std::string, std::unique_ptr<Stream>> streams_;
+  v1::StreamStatus StatusOf(Stream& stream, bool whole) const override;
 };
 
 }  // namespace parallax

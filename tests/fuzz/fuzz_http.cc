@@ -40,6 +40,9 @@ class NoServer final : public parallax::CoordinatorServer {
   absl::StatusOr<std::vector<parallax::v1::StreamStatus>> Streams() const override {
     return std::vector<parallax::v1::StreamStatus>();
   }
+  absl::StatusOr<std::vector<parallax::v1::SearchStatus>> Searches() const override {
+    return std::vector<parallax::v1::SearchStatus>();
+  }
   absl::Status StoreStatus() const override { return absl::OkStatus(); }
   void Shutdown() override {}
 

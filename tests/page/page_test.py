@@ -206,6 +206,23 @@ def a_stream_shows_what_it_waits_for(page, farm, shots):
     shot(page, shots, "streams")
 
 
+def a_search_shows_its_trials(page, farm, shots):
+    path = f"{farm.folder}/settings.yaml"
+    with open(path, "w") as file:
+        file.write("study: settings\nbase: indoor\nseed: 3\npairs: 4\nrigs_per_scene: 2\n"
+                   "set: {render: {profile: preview}, rigs: {width_px: 160, height_px: 96, count: 2}}\n"
+                   "search:\n  space:\n    floating.count: {range: [0, 40]}\n    materials.mode: {choice: [all, none]}\n"
+                   "  trials: 3\ntrain: {trainer: broken, seeds: 1, steps: 10}\nevaluate: {benchmarks: [shipped]}\n")
+    farm.client("search", path)
+    page.value("location.hash = '#/'")
+    page.wait("document.querySelector('#searches')?.closest('section').innerText.includes('rung 1 (study ')")
+    page.click("section[aria-labelledby=searches] tbody a")
+    page.wait("document.querySelector('h1').textContent === 'settings'")
+    page.wait("document.querySelectorAll('.trials tbody tr').length === 4")
+    page.wait("document.querySelector('img.drawn')?.naturalWidth === 960")
+    shot(page, shots, "search")
+
+
 def all_jobs_are_reached_by_keyboard(page, shots):
     page.value("location.hash = '#/study/2/jobs?state=READY'")
     page.wait("document.querySelectorAll('.joblist tbody tr').length === 300")
@@ -222,7 +239,7 @@ def all_jobs_are_reached_by_keyboard(page, shots):
 
 
 def every_view_fits_and_is_reached_by_keyboard(page):
-    for place in ("/", "/study/1", "/study/1/jobs", "/pair/1", "/workers", "/audit"):
+    for place in ("/", "/search/settings", "/study/1", "/study/1/jobs", "/pair/1", "/workers", "/audit"):
         page.size(1280, 860)
         page.value(f"location.hash = '#{place}'")
         # The view before it is drawn away first.
@@ -285,6 +302,7 @@ def main():
             pause_and_resume(page, farm, programs.shots)
             limits_are_shown_and_set(page, farm, programs.shots)
             a_stream_shows_what_it_waits_for(page, farm, programs.shots)
+            a_search_shows_its_trials(page, farm, programs.shots)
             all_jobs_are_reached_by_keyboard(page, programs.shots)
             every_view_fits_and_is_reached_by_keyboard(page)
             assert not page.complaints(), page.complaints()

@@ -16,9 +16,11 @@
 #include "coordinator/client/interrupt.h"
 #include "coordinator/client/runs/follow.h"
 #include "coordinator/client/search/best_recipe.h"
+#include "coordinator/client/search/search_names.h"
 #include "coordinator/client/search/search_picture.h"
 #include "coordinator/client/search/search_view.h"
 #include "coordinator/client/views/text.h"
+#include "coordinator/view/search_json.h"
 
 namespace parallax::client {
 namespace {

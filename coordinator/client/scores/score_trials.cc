@@ -20,20 +20,27 @@ absl::Status Lacks(const std::string& variant, const std::string& what) {
 }
 
 // Returns the images' errors as cells whose quotient is the figure of the measure: each benchmark's
-// weights sum up to 1. Images of one group are one cell.
-std::vector<Quotient> CellsOfRun(const Evaluation& run, const Measure& measure) {
+// weights sum up to 1. Images of one group are one cell; with `weigh_groups` each group has the
+// same weight.
+std::vector<Quotient> CellsOfRun(const Evaluation& run, const Measure& measure, bool weigh_groups) {
   std::vector<std::string> groups;
   std::vector<double> errors;
+  std::map<std::string, double> sizes;
   for (const Scores& image : run.images) {
     const auto tally = image.regions.find(run.headline.region);
     if (tally == image.regions.end() || tally->second.pixels == 0) continue;
     groups.push_back(image.pair_group);
     errors.push_back(FigureOf(measure, tally->second));
+    // An image without a group is one by itself.
+    sizes[image.pair_group] = image.pair_group.empty() ? 1 : sizes[image.pair_group] + 1;
   }
+  const auto share_of = [&](size_t i) { return weigh_groups ? 1 / sizes.at(groups[i]) : 1; };
+  double whole = 0;
+  for (size_t i = 0; i < errors.size(); ++i) whole += share_of(i);
   const std::vector<int> units = UnitsOf(groups);
   std::vector<Quotient> cells;
-  const double weight = 1 / static_cast<double>(std::max<size_t>(1, errors.size()));
   for (size_t i = 0; i < errors.size(); ++i) {
+    const double weight = share_of(i) / whole;
     cells.resize(std::max(cells.size(), static_cast<size_t>(units[i]) + 1));
     Quotient& cell = cells[static_cast<size_t>(units[i])];
     cell.numerator += weight * errors[i];
@@ -50,11 +57,10 @@ bool SamePairs(const Evaluation& a, const Evaluation& b) {
 
 // Returns the trial's cells by seed, all benchmarks side by side.
 absl::StatusOr<FigureTable> TableOfTrial(const std::string& variant, const RunsOfTrial& runs,
-                                         const RunsOfTrial& reference,
-                                         const std::vector<std::string>& benchmarks,
+                                         const RunsOfTrial& reference, const ScoreQuery& query,
                                          const Measure& measure) {
   FigureTable table;
-  for (const std::string& benchmark : benchmarks) {
+  for (const std::string& benchmark : query.benchmarks) {
     const auto own = runs.find(benchmark), others = reference.find(benchmark);
     if (own == runs.end() || others == reference.end()) {
       return Lacks(variant, "no scores on " + benchmark);
@@ -69,7 +75,7 @@ absl::StatusOr<FigureTable> TableOfTrial(const std::string& variant, const RunsO
       if (seed != other->first || !SamePairs(*run, *other->second)) {
         return Lacks(variant, "other pairs or seeds on " + benchmark);
       }
-      const std::vector<Quotient> cells = CellsOfRun(*run, measure);
+      const std::vector<Quotient> cells = CellsOfRun(*run, measure, query.weigh_groups);
       row->insert(row->end(), cells.begin(), cells.end());
       ++row, ++other;
     }
@@ -107,7 +113,8 @@ absl::StatusOr<std::vector<TrialScore>> TrialScoresOf(const std::vector<Evaluati
                                                       const ScoreQuery& query) {
   std::map<std::string, RunsOfTrial> runs;  // By variant.
   for (const Evaluation& one : evaluations) {
-    if (one.run.seed) runs[one.run.variant][one.benchmark][*one.run.seed] = &one;
+    if (one.run.seed && query.without.count(one.run.variant) == 0)
+      runs[one.run.variant][one.benchmark][*one.run.seed] = &one;
   }
   const auto reference = runs.find(kDefaultTrial);
   if (reference == runs.end()) return InvalidArgument("the variant default has no scores");
@@ -119,7 +126,7 @@ absl::StatusOr<std::vector<TrialScore>> TrialScoresOf(const std::vector<Evaluati
   std::vector<TrialScore> scores;
   for (const auto& [variant, of_variant] : runs) {
     const auto table_by = [&, &trial = variant, &trials_runs = of_variant](const Measure& measure) {
-      return TableOfTrial(trial, trials_runs, reference->second, query.benchmarks, measure);
+      return TableOfTrial(trial, trials_runs, reference->second, query, measure);
     };
     ASSIGN_OR_RETURN(tables[variant], table_by(BadAt(2)));
     if (query.decide_by_log) {

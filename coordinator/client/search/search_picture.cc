@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "coordinator/client/search/search_view.h"
+#include "coordinator/client/search/search_names.h"
 #include "coordinator/search/rung_study.h"
 #include "coordinator/search/trial_space.h"
 

@@ -4,25 +4,16 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <map>
-#include <nlohmann/json.hpp>
-#include <sstream>
-#include <tuple>
 
 #include "common/base/names.h"
-#include "common/config/config.h"
+#include "coordinator/client/search/search_names.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
 #include "coordinator/search/rung_study.h"
+#include "coordinator/view/search_json.h"
 
 namespace parallax::client {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-const v1::SearchScore* LastScore(const v1::SearchTrial& trial) {
-  return trial.scores().empty() ? nullptr : &trial.scores(trial.scores_size() - 1);
-}
 
 std::string Percent(double value) { return fmt::format("{:.1f}", value); }
 
@@ -106,8 +97,13 @@ void AddImportances(const v1::SearchStatus& search, const Terminal& terminal,
   Table table({{"SETTING"}, {"SHARE", Align::kRight}, {"95 %"}});
   for (const v1::SearchImportance& one : search.importances()) {
     const auto percent = [](double share) { return fmt::format("{:.0f} %", 100 * share); };
-    table.AddRow({one.path(), percent(one.share().value()),
-                  percent(one.share().low()) + " to " + percent(one.share().high())});
+    const v1::SearchFigure& share = one.share();
+    const std::string range = percent(share.low()) + " to " + percent(share.high());
+    // Where chance may explain all that a setting does, the range says little.
+    table.AddRow({one.path(), IsSignificant(one) ? percent(share.value()) : "-",
+                  IsSignificant(one)   ? range
+                  : share.high() < 0.9 ? "not significant, at most " + percent(share.high())
+                                       : "not significant"});
   }
   const std::vector<std::string> rows = table.Lines(terminal, 2);
   lines.insert(lines.end(), rows.begin(), rows.end());
@@ -143,109 +139,7 @@ void AddBest(const v1::SearchStatus& search, const Terminal& terminal,
   lines.push_back(line);
 }
 
-Json FigureJson(const v1::SearchFigure& figure) {
-  return {{"value", figure.value()}, {"low", figure.low()}, {"high", figure.high()}};
-}
-
-Json ScoreJson(const v1::SearchScore& score) {
-  return {{"rung", score.rung()},
-          {"objective", FigureJson(score.objective())},
-          {"difference", FigureJson(score.difference())},
-          {"verdict", score.verdict()},
-          {"core_s_per_pair", score.core_s_per_pair()}};
-}
-
 }  // namespace
-
-namespace {
-
-// "{uniform: [0.5, 1]}" as "0.5..1"; other texts as they are.
-std::string ShortRange(const std::string& text) {
-  for (const char* kind : {"{uniform: [", "{uniform_int: ["}) {
-    if (!text.starts_with(kind)) continue;
-    std::string range = text.substr(std::string_view(kind).size());
-    range.resize(range.find(']'));
-    return range.replace(range.find(", "), 2, "..");
-  }
-  return text;
-}
-
-}  // namespace
-
-std::string DefaultText(const v1::SearchStatus& search, const std::string& path) {
-  if (search.study().variants().empty()) return "-";
-  std::istringstream text(MessageToYaml(DefaultOf(search.study()).config()));
-  // Goes down the groups of the text: each is a key with more indent than the one around it.
-  std::string wanted = path, indent;
-  for (std::string line; std::getline(text, line);) {
-    const size_t end = std::min(wanted.find('.'), wanted.size());
-    if (!line.starts_with(indent + wanted.substr(0, end) + ":")) continue;
-    if (end < wanted.size()) {
-      wanted.erase(0, end + 1);
-      indent += "  ";
-      continue;
-    }
-    const size_t value = indent.size() + end + 2;
-    return value < line.size() ? ShortRange(line.substr(value)) : "-";
-  }
-  return "-";
-}
-
-std::string ValueText(const v1::SearchTrial& trial, const v1::SearchField& field) {
-  for (const v1::SearchValue& value : trial.values()) {
-    if (value.path() != field.path()) continue;
-    const bool is_real = field.choices().empty() && !field.integer();
-    return is_real ? FormatNumber(std::strtod(value.yaml().c_str(), nullptr)) : value.yaml();
-  }
-  return "";
-}
-
-std::vector<std::string> ShortNames(const v1::SearchSpec& search) {
-  std::vector<std::string> names;
-  for (const v1::SearchField& field : search.space()) {
-    const std::string& path = field.path();
-    size_t begin = path.rfind('.');
-    const auto is_another = [&](const std::string& suffix) {
-      return std::any_of(search.space().begin(), search.space().end(),
-                         [&](const v1::SearchField& other) {
-                           return other.path() != path && ("." + other.path()).ends_with(suffix);
-                         });
-    };
-    while (begin != std::string::npos && is_another(path.substr(begin))) {
-      begin = begin == 0 ? std::string::npos : path.rfind('.', begin - 1);
-    }
-    names.push_back(begin == std::string::npos ? path : path.substr(begin + 1));
-  }
-  return names;
-}
-
-std::vector<const v1::SearchTrial*> InOrder(const v1::SearchStatus& search) {
-  std::vector<const v1::SearchTrial*> order;
-  for (const v1::SearchTrial& trial : search.trials()) order.push_back(&trial);
-  const auto key = [](const v1::SearchTrial* trial) {
-    const v1::SearchScore* const score = LastScore(*trial);
-    return std::tuple(trial->number() != 0, -trial->scores_size(),
-                      score == nullptr ? 0 : score->objective().value());
-  };
-  std::stable_sort(order.begin(), order.end(),
-                   [&](const auto* a, const auto* b) { return key(a) < key(b); });
-  return order;
-}
-
-std::string SearchProgress(const v1::SearchStatus& search) {
-  int64_t left = 0;
-  for (const v1::SearchTrial& trial : search.trials()) {
-    left += trial.number() != 0 && trial.ended().empty() ? 1 : 0;
-  }
-  std::string text = search.state();
-  if (search.state() == "running" || search.state() == "failed") {
-    text += fmt::format(", rung {} of {}", search.rung() + 1, search.rungs());
-    if (left > 0) {
-      text += fmt::format(" with {} of {}", left, Plural(search.trials_size() - 1, "trial"));
-    }
-  }
-  return text + ", " + FormatNumber(search.core_hours()) + " core-hours";
-}
 
 std::vector<std::string> SearchLines(const v1::SearchStatus& search, const Terminal& terminal) {
   std::vector<std::string> lines = {terminal.Paint(Tone::kBold, search.name()) + ": " +
@@ -294,39 +188,6 @@ void PrintSearches(const v1::ListSearchesReply& reply, const Terminal& out) {
                   search.outcome(), CutText(FirstLine(search.needs()), kShownOfNeeds)});
   }
   table.Print(out);
-}
-
-Json SearchJson(const v1::SearchStatus& search) {
-  Json json = {{"name", search.name()},
-               {"user", search.user()},
-               {"state", search.state()},
-               {"opened_unix_s", search.opened_unix_s()},
-               {"rung", search.rung()},
-               {"rungs", search.rungs()},
-               {"core_hours", search.core_hours()},
-               {"needs", search.needs()},
-               {"waits_for", search.waits_for()},
-               {"best", nullptr},
-               {"outcome", search.outcome()},
-               {"confirmation", nullptr},
-               {"studies", search.studies()},
-               {"trials", Json::array()},
-               {"importances", Json::array()}};
-  if (search.has_best()) json["best"] = search.best();
-  if (search.has_confirmation()) json["confirmation"] = ScoreJson(search.confirmation());
-  for (const v1::SearchTrial& trial : search.trials()) {
-    Json one = {{"number", trial.number()},
-                {"values", Json::object()},
-                {"scores", Json::array()},
-                {"ended", trial.ended()}};
-    for (const v1::SearchValue& value : trial.values()) one["values"][value.path()] = value.yaml();
-    for (const v1::SearchScore& score : trial.scores()) one["scores"].push_back(ScoreJson(score));
-    json["trials"].push_back(std::move(one));
-  }
-  for (const v1::SearchImportance& one : search.importances()) {
-    json["importances"].push_back({{"path", one.path()}, {"share", FigureJson(one.share())}});
-  }
-  return json;
 }
 
 }  // namespace parallax::client

@@ -12,6 +12,7 @@
 #include "coordinator/queue/database/compress.h"
 #include "coordinator/queue/database/sqlite.h"
 #include "coordinator/queue/job_kind.h"
+#include "coordinator/queue/kinds/result_figures.h"
 #include "coordinator/study/rigs.h"
 #include "parallax/v1/jobs.pb.h"
 
@@ -26,6 +27,7 @@ struct CheckedSolve final : CheckedResult {
   uint64_t seed = 0;
   uint32_t rigs = 0;
   std::string layout_z;  // Empty: the result has no layout.
+  double layout_s = 0, dress_s = 0;
 };
 
 std::string BytesOf(const Sha256Digest& digest) { return {digest.begin(), digest.end()}; }
@@ -94,6 +96,11 @@ class SolveKind final : public JobKind {
       out->invalid = "a result that is no SolveResult";
       return out;
     }
+    for (const double seconds : {result.layout_s(), result.dress_s()}) {
+      if (out->invalid.empty()) out->invalid = WhyNotIn("a time in seconds", seconds, 0, kLongestS);
+    }
+    out->layout_s = result.layout_s();
+    out->dress_s = result.dress_s();
     if (result.has_layout()) out->layout_z = PackMessage(result.layout());
     switch (result.outcome_case()) {
       case v1::SolveResult::kScene: {
@@ -169,9 +176,10 @@ class SolveKind final : public JobKind {
     // layout.
     const bool layout_rejected = solve.rejected && solve.layout_z.empty() && !job.part_given;
     if (layout_rejected || !solve.layout_z.empty()) {
-      RETURN_IF_ERROR(desk.PutResult(job, "layout", job.group_key,
-                                     {solve.layout_z, layout_rejected, solve.reason})
-                          .status());
+      RETURN_IF_ERROR(
+          desk.PutResult(job, "layout", job.group_key,
+                         {solve.layout_z, layout_rejected, solve.reason, solve.layout_s})
+              .status());
     }
     if (layout_rejected) return Ending{.rejected = true, .reason = solve.reason};
     Ending ending{.rejected = solve.rejected, .reason = solve.reason};
@@ -180,7 +188,7 @@ class SolveKind final : public JobKind {
       ASSIGN_OR_RETURN(ending.is_fresh,
                        desk.PutResult(job, "recipe", solve.scene_hash, {solve.scene_z, false, ""}));
     }
-    const StoredResult own{ending.result, solve.rejected, solve.reason};
+    const StoredResult own{ending.result, solve.rejected, solve.reason, solve.dress_s};
     ASSIGN_OR_RETURN(const bool is_first, desk.PutResult(job, "scene", job.work_key, own));
     if (is_first) return ending;
     ASSIGN_OR_RETURN(const auto first, desk.FindResult(job.work_key));

@@ -2,7 +2,7 @@
 // variants'.
 //
 // Results: "train" by work key, a TrainResult. Training i of all sets of a study has the same
-// initial weights and order of batches, so that their differences are the data's.
+// initial weights and order of batches, so that their differences are the data's; see TrainingSeed.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -18,6 +18,7 @@
 #include "coordinator/queue/commands/report_check.h"
 #include "coordinator/queue/kinds/folder_kind.h"
 #include "coordinator/queue/kinds/result_figures.h"
+#include "coordinator/study/training_seed.h"
 
 namespace parallax {
 namespace {
@@ -256,7 +257,7 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
     v1::TrainJob& job = *input.mutable_job();
     job.set_name(set.name());
     job.set_trainer(train.trainer());
-    job.set_seed(static_cast<uint64_t>(seed));
+    job.set_seed(TrainingSeed(study, seed));
     job.set_steps(train.steps());
     job.set_minutes(train.minutes());
     job.set_width_px(train.width_px());

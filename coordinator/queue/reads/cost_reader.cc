@@ -26,6 +26,24 @@ absl::Status AddPairs(SqliteConnection& db, int64_t study, StudyCosts& costs) {
   return query.status();
 }
 
+// A variant's solves count in it whoever made them, so that variants that share layouts can be
+// compared.
+absl::Status AddSolves(SqliteConnection& db, const KindRegistry& kinds, int64_t study,
+                       StudyCosts& costs) {
+  SqliteQuery query(db,
+                    "SELECT v.name, r.core_s, r.job_id = j.id FROM variants AS v"
+                    " JOIN all_jobs AS j ON j.variant_id = v.id"
+                    " JOIN results AS r ON r.work_key IN (j.work_key, j.group_key)"
+                    " WHERE v.study_id = ?1 AND j.kind = ?2"
+                    " AND j.state IN ('SUCCEEDED', 'REJECTED') ORDER BY v.id, j.id, r.stage",
+                    study, kinds[kinds.begins_scenes()].name());
+  while (query.Next()) {
+    costs.variants[std::string(query.Text(0))].core_s += query.Real(1);
+    if (query.Int(2) == 1) costs.fresh_core_s += query.Real(1);
+  }
+  return query.status();
+}
+
 absl::Status AddOthers(SqliteConnection& db, const KindRegistry& kinds, int64_t study,
                        StudyCosts& costs) {
   SqliteQuery query(db,
@@ -50,6 +68,7 @@ absl::StatusOr<StudyCosts> StudyCostsIn(SqliteConnection& db, const KindRegistry
                                         int64_t study) {
   StudyCosts costs;
   RETURN_IF_ERROR(AddPairs(db, study, costs));
+  RETURN_IF_ERROR(AddSolves(db, kinds, study, costs));
   RETURN_IF_ERROR(AddOthers(db, kinds, study, costs));
   return costs;
 }

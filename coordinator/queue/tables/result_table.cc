@@ -21,10 +21,11 @@ absl::StatusOr<bool> ResultTable::Has(const Sha256Digest& key) {
 absl::StatusOr<bool> ResultTable::Insert(const Sha256Digest& key, std::string_view stage,
                                          const StoredResult& result, int64_t job, uint64_t fence) {
   RETURN_IF_ERROR(db_.Run(
-      "INSERT INTO results(work_key, stage, bytes, rejected, job_id, fence)"
-      " VALUES (?1, ?2, ?3, ?4, ?5, ?6) ON CONFLICT DO NOTHING",
+      "INSERT INTO results(work_key, stage, bytes, rejected, job_id, fence, core_s)"
+      " VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7) ON CONFLICT DO NOTHING",
       key, stage, result.rejected ? std::nullopt : std::optional<SqlBlob>(SqlBlob{result.bytes}),
-      result.rejected ? std::optional<std::string>(result.reason) : std::nullopt, job, fence));
+      result.rejected ? std::optional<std::string>(result.reason) : std::nullopt, job, fence,
+      result.core_s));
   return db_.changes() == 1;
 }
 

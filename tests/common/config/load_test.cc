@@ -290,9 +290,8 @@ TEST(LoadStudy, AMissingFileIsToldWithTheBuiltInNames) {
       std::string(status.message()),
       "no/such.yaml: no such file, allowed is a path or a built-in name: baseline, cameras, "
       "controls, cost, cost-small, curation, depth, endless, landscapes, mix, mix-small, network, "
-      "profiles, quickstart, released, scaling, scaling-small, search-small, sensor, sequences, "
-      "table1, "
-      "table1-small, wmg150k, wmg150k-500th");
+      "profiles, quickstart, released, scaling, scaling-small, search-known, search-small, sensor, "
+      "sequences, table1, table1-small, wmg150k, wmg150k-500th");
 }
 
 TEST(ValidateStudy, TellsWhatAMessageBreaks) {

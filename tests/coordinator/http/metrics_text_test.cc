@@ -51,6 +51,13 @@ StatusSnapshot Example() {
   v1::StreamStatus& closed = snapshot.streams.emplace_back(stream);
   closed.set_name("old");
   closed.set_closed(true);
+  v1::SearchStatus& search = snapshot.searches.emplace_back();
+  search.set_name("camera");
+  search.set_state("running");
+  search.set_needs("sampler steps: exit status 7");
+  v1::SearchStatus& ended = snapshot.searches.emplace_back(search);
+  ended.set_name("last");
+  ended.set_state("ended");
   v1::StudyStatus& study = snapshot.studies.emplace_back();
   study.set_study_id(9);
   study.set_name("odd \"name\"\n");
@@ -105,6 +112,9 @@ TEST(MetricsText, HasASampleForEachThingWorthWatching) {
            "parallax_stream_needs_person{stream=\"old\"} 0",
            "parallax_stream_consumer_silent_seconds{stream=\"rooms\",consumer=\"raft\",rank=\"1\"} "
            "10",
+           "parallax_search_needs_person{search=\"camera\"} 1",
+           "parallax_search_needs_person{search=\"last\"} 0",
+           "parallax_search_open{search=\"last\"} 0",
            "parallax_store_results_bytes 5000",
            "parallax_disk_free_bytes{of=\"store\"} 300",
            "parallax_disk_bytes{of=\"database\"} 900",

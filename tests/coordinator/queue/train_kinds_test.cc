@@ -399,6 +399,11 @@ TEST_F(TrainKindsTest, WhatDecidesANetworkIsInItsKeyAndNamesAreNot) {
       {"study's seed, as the variant's own", true,
        [](auto& s) { s.mutable_variants(0)->set_seed(s.seed()); }},
       {"study's seed", false, [](auto& s) { s.set_seed(2); }},
+      {"study's seed, of the training alone", false,
+       [](auto& s) {
+         s.mutable_variants(0)->set_seed(s.seed());
+         s.set_seed(uint64_t{1} << 32);
+       }},
       {"variant's seed", false, [](auto& s) { s.mutable_variants(0)->set_seed(2); }},
       {"pairs", false, [](auto& s) { s.set_pairs(3); }},
       {"rigs per scene", false, [](auto& s) { s.set_rigs_per_scene(1); }},

@@ -3,9 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "common/config/config.h"
 #include "coordinator/search/trial_space.h"
 #include "coordinator/study/expansion.h"
+#include "coordinator/study/training_seed.h"
 #include "tests/coordinator/search/search_study.h"
 
 namespace parallax {
@@ -72,6 +75,7 @@ TEST(ConfirmStudy, HasOtherScenesAndTheBenchmarksThatTheSearchHasNotSeen) {
   ASSERT_TRUE(study.ok()) << study.status();
   EXPECT_EQ(study->name(), "recipe-confirm");
   EXPECT_NE(study->seed(), search.seed());
+  for (int i = 0; i < 4; ++i) EXPECT_GE(TrainingSeed(*study, i), 100u);
   ASSERT_EQ(study->variants_size(), 2);
   EXPECT_EQ(study->variants(1).name(), "trial-005");
   EXPECT_EQ(study->pairs(), search.pairs());
@@ -79,6 +83,23 @@ TEST(ConfirmStudy, HasOtherScenesAndTheBenchmarksThatTheSearchHasNotSeen) {
   EXPECT_EQ(study->train().seeds(), 4);
   EXPECT_THAT(study->evaluate().benchmarks(), ElementsAre("eth3d"));
   EXPECT_TRUE(ValidateStudy(*study).ok()) << ValidateStudy(*study);
+}
+
+TEST(TrainingSeed, IsTheTrainingsNumberUnlessTheStudysSeedIsLarge) {
+  v1::StudySpec study;
+  for (const uint64_t seed : {uint64_t{0}, uint64_t{7}, uint64_t{0xffffffff}}) {
+    study.set_seed(seed);
+    EXPECT_EQ(TrainingSeed(study, 3), 3u) << seed;
+  }
+  std::set<uint64_t> seen;
+  for (const uint64_t high : {uint64_t{1}, uint64_t{2}, uint64_t{0xffffffff}}) {
+    study.set_seed(high << 32);
+    for (int i = 0; i < 100; ++i) {
+      EXPECT_TRUE(seen.insert(TrainingSeed(study, i)).second) << high << ", " << i;
+    }
+  }
+  EXPECT_GE(*seen.begin(), 100u);
+  EXPECT_LT(*seen.rbegin(), uint64_t{1} << 31);
 }
 
 TEST(RungStudy, TakesOwnAndHeldOutPairsOnlyWhereTheyAreAskedFor) {

@@ -131,6 +131,37 @@ TEST(TrialScores, EachBenchmarkCountsAlikeHoweverManyPairsItHas) {
               1e-9);
 }
 
+TEST(TrialScores, EachSetOfPairsCountsAlikeWhereTheStudySaysSo) {
+  std::vector<Evaluation> evaluations;
+  for (const std::string variant : {"default", "trial-001"}) {
+    for (int seed = 0; seed < 2; ++seed) {
+      Evaluation& one = evaluations.emplace_back();
+      one.benchmark = "shipped";
+      one.headline = {.measure = BadAt(2), .region = "all"};
+      one.run = {.variant = variant, .trainer = "builtin", .seed = seed};
+      // A large set of easy pairs, a small one of hard ones, and a pair by itself.
+      for (int i = 0; i < 8; ++i) one.images.push_back(ImageWith("easy" + std::to_string(i), 10));
+      for (int i = 0; i < 2; ++i) one.images.push_back(ImageWith("hard" + std::to_string(i), 40));
+      one.images.push_back(ImageWith("alone", 70));
+      for (int i = 0; i < 10; ++i)
+        one.images[static_cast<size_t>(i)].pair_group = i < 8 ? "a" : "b";
+    }
+  }
+  EXPECT_NEAR(ScoresOf(evaluations, {.benchmarks = {"shipped"}})["default"].objective.value(),
+              (8 * 10 + 2 * 40 + 70) / 11.0, 1e-9);
+  EXPECT_NEAR(ScoresOf(evaluations, {.benchmarks = {"shipped"}, .weigh_groups = true})["trial-001"]
+                  .objective.value(),
+              (10 + 40 + 70) / 3.0, 1e-9);
+}
+
+TEST(TrialScores, VariantsThatFailedAreLeftOut) {
+  std::vector<Evaluation> evaluations = Draw({.effect = 5}, 1);
+  evaluations.pop_back();  // One of trial 3's trainings failed.
+  auto scores = ScoresOf(evaluations, {.benchmarks = {"shipped"}, .without = {"trial-003"}});
+  EXPECT_EQ(scores.size(), 3u);
+  EXPECT_EQ(scores["trial-001"].verdict, "better");
+}
+
 TEST(TrialScores, TimeThatATrialTakesCountsAgainstIt) {
   const std::vector<Evaluation> evaluations = Draw({.effect = 5}, 1);
   auto free = ScoresOf(evaluations, {.benchmarks = {"shipped"}});

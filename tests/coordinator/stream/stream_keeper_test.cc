@@ -5,29 +5,18 @@
 
 #include <set>
 
-#include "tests/coordinator/queue/queue_fixture.h"
+#include "tests/coordinator/queue/keeper_fixture.h"
 
 namespace parallax {
 namespace {
 
 using testing::HasSubstr;
 
-class StreamKeeperTest : public QueueTest {
+class StreamKeeperTest : public KeeperTest<StreamKeeper, v1::StreamStatus> {
  protected:
-  void SetUp() override {
-    QueueTest::SetUp();
-    Restart();
-  }
-  void TearDown() override {
-    keeper_.reset();
-    QueueTest::TearDown();
-  }
-
-  // A restart of the coordinator: nothing is left but the database.
-  void Restart() {
-    keeper_.reset();
-    Reopen();
-    keeper_ = std::make_unique<StreamKeeper>(*queue_, clock_);
+  StreamKeeperTest() : KeeperTest("drive") {}
+  std::unique_ptr<StreamKeeper> MakeKeeper() override {
+    return std::make_unique<StreamKeeper>(*queue_, clock_);
   }
 
   static v1::StudySpec Endless(int64_t chunk_pairs = 4) {
@@ -40,16 +29,6 @@ class StreamKeeperTest : public QueueTest {
     return study;
   }
 
-  v1::StreamStatus Open(const v1::StudySpec& study) {
-    const auto status = keeper_->Open(study, "submitter ada ipv4:1");
-    EXPECT_TRUE(status.ok()) << status.status();
-    return status.ok() ? *status : v1::StreamStatus();
-  }
-  v1::StreamStatus Status() {
-    const auto list = keeper_->List("drive");
-    EXPECT_TRUE(list.ok()) << list.status();
-    return list.ok() ? list->front() : v1::StreamStatus();
-  }
   void TickStreams() {
     clock_.Advance(1);
     const absl::Status status = keeper_->Tick();
@@ -113,8 +92,6 @@ class StreamKeeperTest : public QueueTest {
     EXPECT_EQ(taken.size(), n);
     return taken;
   }
-
-  std::unique_ptr<StreamKeeper> keeper_;
 };
 
 TEST_F(StreamKeeperTest, BeginsChunksAheadAndNoMoreWhileNobodyTakesPairs) {
@@ -134,12 +111,7 @@ TEST_F(StreamKeeperTest, DeliversEachPairOnceInTheSameOrderInEachRun) {
   const std::vector<std::string> first = Take(40);
   EXPECT_EQ(std::set<std::string>(first.begin(), first.end()).size(), 40u);
   // Another farm, whose workers are restarted and whose coordinator is killed all the time.
-  std::filesystem::remove(options_.db_path);
-  for (const char* more : {"-wal", "-shm", ".lock"})
-    std::filesystem::remove(options_.db_path + more);
-  keeper_.reset();
-  queue_.reset();
-  Restart();
+  BeginAnew();
   Open(Endless());
   std::vector<std::string> second;
   while (second.size() < 40) {

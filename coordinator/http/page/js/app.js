@@ -5,6 +5,7 @@ import { Farm } from "./farm.js";
 import { Job } from "./job.js";
 import { Jobs } from "./jobs.js";
 import { Pair } from "./pair.js";
+import { Search } from "./search.js";
 import { SignIn, takeCode } from "./session.js";
 import { Study } from "./study.js";
 import { Audit, Workers } from "./workers.js";
@@ -15,6 +16,7 @@ const ROUTES = [
   [/^\/study\/(\d+)\/jobs$/, Jobs],
   [/^\/pair\/(\d+)$/, Pair],
   [/^\/job\/(\d+)$/, Job],
+  [/^\/search\/([a-z0-9_-]+)$/, Search],
   [/^\/workers$/, Workers],
   [/^\/audit$/, Audit],
 ];
@@ -35,7 +37,7 @@ function viewOf(place) {
   const [path, query = ""] = place.split("?");
   for (const [pattern, view] of ROUTES) {
     const match = path.match(pattern);
-    if (match) return [view, match.slice(1).map(Number), Object.fromEntries(new URLSearchParams(query)), path];
+    if (match) return [view, match.slice(1), Object.fromEntries(new URLSearchParams(query)), path];
   }
   return [null, [], {}, path];
 }
@@ -46,7 +48,7 @@ function Top({ me, path, onLeave }) {
   return html`<header class="top">
     <a class="brand" href="#/" aria-label="Parallax: the farm"><img src="/favicon.svg" alt="" width="24" height="24" /><span>Parallax</span></a>
     <nav aria-label="Main">
-      ${link("/", "Farm", path === "/" || path.startsWith("/study") || path.startsWith("/pair") || path.startsWith("/job"))}
+      ${link("/", "Farm", path === "/" || path.startsWith("/study") || path.startsWith("/pair") || path.startsWith("/job") || path.startsWith("/search"))}
       ${link("/workers", "Workers", path === "/workers")}
       ${me.role === "operator" && link("/audit", "Audit", path === "/audit")}
     </nav>
@@ -75,7 +77,7 @@ function App() {
     takeCode().catch((error) => setProblem(error.message)).then(enter);
     return onStranger(() => { stopWatching(); setMe(false); });
   }, []);
-  const [View, numbers, query, path] = viewOf(place);
+  const [View, names, query, path] = viewOf(place);
   useEffect(() => {
     scrollTo(0, 0);
     // Keyboards and screen readers continue at the new view's heading.
@@ -88,7 +90,7 @@ function App() {
   return html`<a class="skip" href="#main" onClick=${(e) => { e.preventDefault(); document.querySelector("main h1")?.focus(); }}>To the content</a>
     <${Top} me=${me} path=${path} onLeave=${leave} />
     <${StoreProblem} />
-    <main id="main">${View ? html`<${View} key=${path} numbers=${numbers} query=${query} me=${me} />`
+    <main id="main">${View ? html`<${View} key=${path} numbers=${names.map(Number)} names=${names} query=${query} me=${me} />`
       : html`<div class="head"><h1 tabindex="-1">No such page</h1></div><p><a href="#/">To the farm</a></p>`}</main>`;
 }
 

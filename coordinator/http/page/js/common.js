@@ -40,7 +40,7 @@ export const pad = (n, width) => String(n).padStart(width, "0");
 
 // ---- States: one word and one tone each, alike everywhere.
 const TONES = {
-  running: "run", paused: "warn", succeeded: "good", cancelled: "soft", failed: "bad",
+  running: "run", confirming: "run", confirmed: "good", "not confirmed": "warn", ended: "good", stopped: "soft", paused: "warn", succeeded: "good", cancelled: "soft", failed: "bad",
   READY: "soft", LEASED: "run", BLOCKED: "soft", RETRY_WAIT: "warn", SUCCEEDED: "good",
   REJECTED: "soft", FAILED: "bad", QUARANTINED: "bad", CANCELLED: "soft",
   busy: "run", idle: "good", draining: "warn", away: "warn", suspended: "warn", lost: "bad", left: "soft",

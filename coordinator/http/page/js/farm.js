@@ -2,6 +2,7 @@
 import { html, useEffect, useState } from "/vendor/preact-htm.js";
 import { get, useApi, useFarm } from "./api.js";
 import { TimeChart } from "./charts.js";
+import { Searches } from "./search.js";
 import { Bar, Card, Empty, Head, STATES, Tag, Waiting, about, count, duration, figure, follow, moment, plural, stateWord, tone, wantsAttention } from "./common.js";
 
 function Charts({ farm }) {
@@ -126,6 +127,7 @@ export function Farm() {
   return html`<${Head} title="Farm"><span class="soft">${plural(farm.pairs.done, "pair")} made · version ${farm.version} · coordinator up ${duration(farm.uptime_s)}</span><//>
     <${Charts} farm=${farm} />
     <${Card} title="Studies" id="studies"><${Studies} farm=${farm} /><//>
+    <${Searches} searches=${farm.searches} />
     <${Streams} streams=${farm.streams} now=${farm.now_unix_s} />
     <${Trainings} running=${farm.running} />
     <${Users} />

@@ -110,6 +110,13 @@ v1::SearchStatus Status() {
   importance.mutable_share()->set_value(0.62);
   importance.mutable_share()->set_low(0.3);
   importance.mutable_share()->set_high(0.8);
+  // Chance explains these: trials hardly differ in them, or are too few.
+  for (const double high : {0.4, 1.0}) {
+    v1::SearchImportance& none = *search.add_importances();
+    none.set_path(high < 1 ? "floating.count" : "floating.size_m");
+    none.mutable_share()->set_value(0.1);
+    none.mutable_share()->set_high(high);
+  }
   return search;
 }
 
@@ -192,8 +199,10 @@ TEST_F(SearchCommandTest, ASearchIsATableOfItsTrials) {
       "[+9.5, +10.5]  worse                   4.25  rung 1: significantly worse than the "
       "default\n"
       "Settings, by the share of the error's variance that they explain:\n"
-      "  SETTING         SHARE  95 %\n"
-      "  materials.mode   62 %  30 % to 80 %\n"
+      "  SETTING          SHARE  95 %\n"
+      "  materials.mode    62 %  30 % to 80 %\n"
+      "  floating.count       -  not significant, at most 40 %\n"
+      "  floating.size_m      -  not significant\n"
       "Best: trial 2: floating.count 33, floating.size_m 0.500, materials.mode all, "
       "materials.replace_probability 0.250\n"
       "  its error is 2.5 points below the default's [-3.0, -2.0]\n");
@@ -255,6 +264,10 @@ TEST_F(SearchCommandTest, JsonHasAllOfIt) {
   EXPECT_EQ(json["trials"][2]["scores"][1]["difference"]["low"], -3);
   EXPECT_EQ(json["trials"][1]["ended"], "rung 1: significantly worse than the default");
   EXPECT_EQ(json["importances"][0]["share"]["value"], 0.62);
+  EXPECT_EQ(json["importances"][0]["significant"], true);
+  EXPECT_EQ(json["importances"][1]["significant"], false);
+  EXPECT_EQ(json["trial_states"], nlohmann::json({{"open", 2}, {"dropped", 1}, {"failed", 0}}));
+  EXPECT_EQ(json["space"][2]["default"], "all");
 }
 
 TEST_F(SearchCommandTest, AFileBeginsASearchAndANameFindsIt) {

@@ -31,7 +31,7 @@ Reply Search(ApiParts& parts, const WebRequest& request) {
   return JsonReply(JsonText(SearchJson(search)));
 }
 
-Reply Picture(ApiParts& parts, const WebRequest& request) {
+Reply SearchPicture(ApiParts& parts, const WebRequest& request) {
   ASSIGN_OR_RETURN(const v1::SearchStatus search, KnownSearch(parts, request));
   if (parts.picture == nullptr) return NotFound("this coordinator draws no pictures");
   WebReply reply;
@@ -51,7 +51,7 @@ void AddSearchRoutes(ApiParts& parts, std::vector<WebRoute>& routes) {
   add("/api/v1/searches", "/api/v1/searches", Searches);
   add("/api/v1/searches/([a-z0-9_-]+)", "/api/v1/searches/camera", Search);
   add("/api/v1/searches/([a-z0-9_-]+)/picture\\.svg", "/api/v1/searches/camera/picture.svg",
-      Picture);
+      SearchPicture);
 }
 
 }  // namespace parallax

@@ -45,11 +45,11 @@ function Trials({ search }) {
     <tbody>${inOrder(search.trials).map((t) => {
       const score = t.scores[t.scores.length - 1];
       const value = (f) => t.number === 0 ? f.default : t.values[f.path] === undefined ? "–" : f.choices ? t.values[f.path] : figure(Number(t.values[f.path]));
-      return html`<tr key=${t.number} class=${t.number === search.best ? "best" : ""}><th scope="row">${trialName(t.number)}${t.number === search.best ? html` <small class="good">best</small>` : ""}</th>
+      return html`<tr key=${t.number}><th scope="row">${trialName(t.number)}${t.number === search.best ? html` <small class="good">best</small>` : ""}</th>
         ${search.space.map((f) => html`<td key=${f.path} class=${f.choices ? "" : "num"}>${value(f)}</td>`)}
         <td class="num">${score ? score.rung + 1 : "–"}</td><td class="num">${score ? range(score.objective, (x) => x.toFixed(1)) : "–"}</td>
         <td class="num">${score && t.number !== 0 ? range(score.difference, points) : "–"}</td>
-        <td class=${score ? verdictTone(score.verdict) : ""}>${score && t.number !== 0 ? score.verdict : ""}</td>
+        <td class="verdict ${score ? verdictTone(score.verdict) : ""}">${score && t.number !== 0 ? score.verdict : ""}</td>
         <td class="num">${score ? figure(score.core_s_per_pair) : "–"}</td><td class="soft">${t.ended}</td></tr>`;
     })}</tbody></table></div>`;
 }

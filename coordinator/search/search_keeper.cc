@@ -275,8 +275,7 @@ absl::Status SearchKeeper::BeginRung(Search& search) {
 }
 
 absl::StatusOr<std::optional<SearchKeeper::Ended>> SearchKeeper::LookAt(Search& search, int64_t id,
-                                                                        const std::string& what,
-                                                                        bool is_rung) {
+                                                                        const std::string& what) {
   const std::string again =
       fmt::format("`parallax search {} --stop`, and begin it again", search.name());
   const absl::StatusOr<v1::StudyStatus> study = queue_.GetStudy(StudyId{id});
@@ -292,7 +291,7 @@ absl::StatusOr<std::optional<SearchKeeper::Ended>> SearchKeeper::LookAt(Search& 
   if (search.needs.empty()) search.waits_for = fmt::format("{} (study {}) is being made", what, id);
   if (!search.has_failed) return std::nullopt;
   // Settings that no scene can have, or whose jobs fail for good, end a trial, not the search. But
-  // where no trial is left, the farm is more likely to blame than all settings.
+  // where no trial is left, as in a confirmation, the farm is more likely to blame.
   Ended ended;
   size_t trials = 0, jobs_failed = 0;
   for (const v1::VariantStatus& variant : study->variants()) {
@@ -301,7 +300,7 @@ absl::StatusOr<std::optional<SearchKeeper::Ended>> SearchKeeper::LookAt(Search& 
     if (variant.problems().empty()) continue;
     const v1::JobProblem& problem = variant.problems(0);
     const bool gave_up = problem.state() == "GAVE_UP";
-    if (!is_trial || (!gave_up && !is_rung)) return std::nullopt;
+    if (!is_trial) return std::nullopt;
     jobs_failed += gave_up ? 0 : 1;
     ended.failed[variant.name()] = problem.error();
   }
@@ -418,7 +417,7 @@ absl::Status SearchKeeper::LookAtRung(Search& search, bool may_ask) {
   }
   const int64_t study = search.record.rung_studies(rung);
   ASSIGN_OR_RETURN(const std::optional<Ended> ended,
-                   LookAt(search, study, fmt::format("rung {}", rung + 1), /*is_rung=*/true));
+                   LookAt(search, study, fmt::format("rung {}", rung + 1)));
   if (!ended) return absl::OkStatus();
   ASSIGN_OR_RETURN(const auto scores,
                    Score(search, study, SearchedBenchmarks(search.study()), *ended));
@@ -454,8 +453,7 @@ absl::Status SearchKeeper::Confirm(Search& search) {
     return Keep(search, std::move(record));
   }
   const int64_t study = record.confirm_study();
-  ASSIGN_OR_RETURN(const std::optional<Ended> ended,
-                   LookAt(search, study, "the confirmation", /*is_rung=*/false));
+  ASSIGN_OR_RETURN(const std::optional<Ended> ended, LookAt(search, study, "the confirmation"));
   if (!ended) return absl::OkStatus();
   if (ended->failed.empty()) {
     ASSIGN_OR_RETURN(const auto scores,

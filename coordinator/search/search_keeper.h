@@ -98,9 +98,8 @@ class SearchKeeper final : public RecordKeeper<KeptSearch, v1::SearchStatus> {
   absl::Status TakeAnswer(Search& search);
   absl::Status Confirm(Search& search);
   // Looks whether a study has ended well enough to be scored; else says why in the search.
-  // `is_rung`: other trials than those that failed may go on.
   absl::StatusOr<std::optional<Ended>> LookAt(Search& search, int64_t study,
-                                              const std::string& what, bool is_rung);
+                                              const std::string& what);
   // Returns the scores of the study's variants that have not failed; nothing if they are not read
   // yet, and are `wanted` then, or can't be, which is in `needs`.
   absl::StatusOr<std::optional<std::vector<TrialScore>>> Score(

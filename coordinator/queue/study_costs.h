@@ -1,6 +1,6 @@
 // How long the results of a study took to make, from the seconds that their workers report: layouts
-// and scenes the time of their thread, pairs their share of the render job's CPU time, trainings and
-// evaluations their time by their threads.
+// and scenes the time of their thread, pairs their share of the render job's CPU time, trainings
+// and evaluations their time by their threads.
 #pragma once
 
 #include <cstdint>

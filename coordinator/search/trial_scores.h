@@ -30,11 +30,12 @@ struct TrialScore {
 // Which study is scored, and how.
 struct ScoreQuery {
   int64_t study = 0;
-  std::vector<std::string> benchmarks;  // Each counts alike.
-  std::set<std::string> without;        // Variants that failed, and have no scores or not all.
-  bool weigh_groups = false;            // As `evaluate.weigh_groups` of a study.
-  bool decide_by_log = false;  // Verdicts are by the mean log error; the objective stays bad-2.
+  std::vector<std::string> benchmarks;   // Each counts alike.
+  std::set<std::string> without;         // Variants that failed, and have no scores or not all.
+  bool weigh_groups = false;             // As `evaluate.weigh_groups` of a study.
   std::map<std::string, double> points;  // Added to the objective of a variant; absent: 0.
+  // Verdicts are by the mean log error; the objective and its difference stay what they are.
+  bool decide_by_log = false;
 
   friend bool operator==(const ScoreQuery&, const ScoreQuery&) = default;
 };

@@ -104,8 +104,7 @@ absl::StatusOr<v1::StreamStatus> StreamKeeper::Open(const v1::StudySpec& given,
              DeterministicBytes(found->second.study()) != DeterministicBytes(study)) {
     v1::StreamRecord record = found->second.record;
     *record.mutable_study() = study;
-    RETURN_IF_ERROR(queue_.KeepStream(record));
-    found->second.record = std::move(record);
+    RETURN_IF_ERROR(Keep(found->second, std::move(record)));
   }
   Stream& stream = entries_[study.name()];
   RETURN_IF_ERROR(BeginChunks(stream));

@@ -309,6 +309,7 @@ absl::StatusOr<std::vector<v1::AttemptId>> Reports::Adopt(const std::string& wor
     });
     if (known != holding.end() && !tables_.options.unsafe_for_test.adopt_nothing) {
       adopted.push_back(*known);
+      adopted_.insert(known->fence());
     } else {
       // Lost workers may speak against a job; lost messages do not. Who was leased to before the
       // last restart may be the same process: nobody knows.
@@ -365,6 +366,7 @@ absl::Status Reports::Expire(const std::vector<LeaseRef>& leases) {
   for (const LeaseRef& lease : leases) {
     ASSIGN_OR_RETURN(const std::optional<JobRow> job, tables_.jobs.Find(lease.job));
     if (!job || job->state != JobState::kLeased || job->fence != lease.fence) continue;
+    if (adopted_.count(lease.fence) > 0) continue;  // By a hello of the same group.
     if (lost.insert(lease.worker).second) ++tables_.effects.workers_lost;
     RETURN_IF_ERROR(LoseAttempt(*job, LossKind::kLost,
                                 "worker " + lease.worker + " was not heard of for a whole lease",
@@ -375,6 +377,7 @@ absl::Status Reports::Expire(const std::vector<LeaseRef>& leases) {
 }
 
 void Reports::TakeEvidence(const Effects& effects) {
+  adopted_.clear();
   evidence_.Pass(tables_.SteadySeconds(), scheduler_.workers());
   for (const LeaseRef& lease : effects.granted) evidence_.Begin(lease.job, lease.fence);
   for (const LeaseRef& lease : effects.ended) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -98,6 +99,7 @@ class Reports {
   // Jobs and fences of workers that were given up, by worker. Forgotten at a restart, so it is only
   // a guess, which may spare jobs a loss.
   std::map<std::string, std::vector<std::pair<int64_t, uint64_t>>> given_up_;
+  std::set<uint64_t> adopted_;  // Fences, in the group that is being committed.
 };
 
 }  // namespace parallax

@@ -212,8 +212,7 @@ int Delete(sqlite3_vfs* vfs, const char* name, int sync_folder) {
 void RegisterPowerCutVfs() {
   static sqlite3_vfs vfs;
   if (vfs.pAppData != nullptr) return;
-  // No other process opens these files: no locks of the system, and the WAL's index in memory.
-  vfs = VfsOver<CutFile>(sqlite3_vfs_find("unix-excl"), kPowerCutVfs, Open);
+  vfs = VfsOver<CutFile>(sqlite3_vfs_find(nullptr), kPowerCutVfs, Open);
   vfs.xDelete = Delete;
   sqlite3_vfs_register(&vfs, 0);
 }

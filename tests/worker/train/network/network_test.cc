@@ -1,9 +1,12 @@
 #include "worker/train/network/network.h"
 
+#include <ATen/ops/convolution.h>
+#include <ATen/ops/einsum.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "worker/train/network/convolution.h"
 #include "worker/train/network/correlation.h"
 #include "worker/train/network/loss.h"
 #include "worker/train/network/optimiser.h"
@@ -75,12 +78,13 @@ TEST(Correlation, LocalAgreesWithTheVolumeAndItsGradientIsRight) {
     }
   }
   const Tensor between = Waves({1, 1, 3, 12}, 0.9) * 2 + 2.3;
-  EXPECT_LT(GradientError(
-                left, [&](const Tensor& t) { return LocalCorrelation(t, right, between, 2, 2); }),
-            1e-3);
-  EXPECT_LT(GradientError(
-                right, [&](const Tensor& t) { return LocalCorrelation(left, t, between, 2, 2); }),
-            1e-3);
+  for (const int64_t radius : {2, 3}) {
+    const auto of = [&](const Tensor& l, const Tensor& r) {
+      return LocalCorrelation(l, r, between, 2, radius);
+    };
+    EXPECT_LT(GradientError(left, [&](const Tensor& t) { return of(t, right); }), 1e-3) << radius;
+    EXPECT_LT(GradientError(right, [&](const Tensor& t) { return of(left, t); }), 1e-3) << radius;
+  }
 }
 
 TEST(Correlation, PlainOperationsAgree) {
@@ -90,6 +94,73 @@ TEST(Correlation, PlainOperationsAgree) {
   const Tensor around = Waves({2, 1, 3, 12}, 0.9) * 8 + 4;
   EXPECT_TRUE(torch::allclose(PlainLocalCorrelation(left, right, around, 2, 3),
                               LocalCorrelation(left, right, around, 2, 3), 1e-4, 1e-5));
+}
+
+TEST(Convolution, TrainingAgreesWithPredictionToTheBitsOfItsType) {
+  struct Case {
+    ConvolutionShape shape;
+    std::vector<int64_t> input;
+  };
+  const Case cases[] = {{{8, 16, 3, 2, 1, 2, true}, {2, 8, 12, 20}},
+                        {{8, 16, 3, 1, 2}, {1, 8, 12, 20}},
+                        {{8, 16, 1}, {2, 8, 6, 10}},
+                        {{8, 1, 3}, {2, 8, 6, 10}},
+                        {{8, 16, 3, 2, 1, 3}, {2, 8, 4, 6, 10}},
+                        {{16, 8, 1, 1, 1, 3}, {1, 16, 4, 6, 10}}};
+  for (const Case& c : cases) {
+    Convolution convolution(c.shape);
+    std::vector<Tensor> results;
+    Tensor input = Waves(c.input, 0.7).requires_grad_();
+    std::vector<Tensor> leaves{input};
+    for (Tensor& weight : convolution->parameters()) {
+      weight.set_data(Waves(weight.sizes(), 0.31));
+      leaves.push_back(weight);
+    }
+    const Tensor seen = convolution->forward(input);
+    const Tensor slope = Waves(seen.sizes(), 0.17);
+    seen.backward(slope);
+    {
+      const torch::NoGradGuard no_grad;
+      const Tensor exact = convolution->forward(input);
+      EXPECT_EQ(exact.scalar_type(), torch::kFloat);
+      EXPECT_EQ(seen.sizes(), exact.sizes());
+      EXPECT_LT((seen - exact).norm().item<double>(), 0.01 * exact.norm().item<double>());
+      if (c.shape.out == 1) EXPECT_TRUE(torch::equal(seen, exact));
+    }
+    // The same by torch's own derivative in float32.
+    const auto all = [&](int64_t value) {
+      return std::vector<int64_t>(static_cast<size_t>(c.shape.dimensions), value);
+    };
+    std::vector<Tensor> copies;
+    for (const Tensor& leaf : leaves) copies.push_back(leaf.detach().clone().requires_grad_());
+    at::convolution(copies[0], copies[1], c.shape.bias ? copies[2] : Tensor(), all(c.shape.stride),
+                    all(c.shape.dilation * (c.shape.kernel / 2)), all(c.shape.dilation), false,
+                    all(0), 1)
+        .backward(slope);
+    for (size_t i = 0; i < leaves.size(); ++i) {
+      ASSERT_TRUE(leaves[i].grad().defined()) << i;
+      EXPECT_EQ(leaves[i].grad().scalar_type(), torch::kFloat);
+      EXPECT_LT((leaves[i].grad() - copies[i].grad()).norm().item<double>(),
+                0.02 * copies[i].grad().norm().item<double>())
+          << i;
+    }
+  }
+}
+
+TEST(Optimiser, OrthogonalisedMatricesHaveTheSameDirectionsAllOfAboutOneLength) {
+  for (const auto& [rows, columns] : {std::pair<int64_t, int64_t>{8, 72}, {48, 16}, {96, 96}}) {
+    const Tensor matrix = Waves({rows, columns}, 0.7) + Waves({rows, columns}, 2.3).square();
+    const Tensor result = Orthogonalised(matrix);
+    ASSERT_EQ(result.sizes(), matrix.sizes());
+    // For M = U S V' and the result U D V', the product M' result = V S D V' is symmetric.
+    const Tensor product = torch::einsum("ki,kj->ij", {matrix, result});
+    EXPECT_LT((product - product.t()).norm().item<double>(), 1e-3 * product.norm().item<double>());
+    // Few of the singular values are too small for five iterations, none becomes large.
+    const double length = result.norm().item<double>() / std::sqrt(std::min(rows, columns));
+    EXPECT_GT(length, 0.6) << rows << "x" << columns;
+    EXPECT_LT(length, 1.2) << rows << "x" << columns;
+  }
+  EXPECT_EQ(Orthogonalised(torch::zeros({4, 4})).norm().item<float>(), 0);
 }
 
 TEST(Network, ModeDisparityReadsOneModeBetweenCandidates) {

@@ -4,7 +4,9 @@
 #include <ATen/ops/convolution_backward.h>
 #include <torch/csrc/autograd/custom_function.h>
 
-#include <vector>
+#include <string>
+
+#include "worker/train/network/group_norm.h"
 
 namespace parallax {
 namespace {
@@ -34,8 +36,7 @@ struct Bfloat16Convolution : public torch::autograd::Function<Bfloat16Convolutio
     c10::optional<Tensor> small_bias;
     if (bias.has_value()) small_bias = bias->to(torch::kBFloat16);
     return at::convolution(input, weight, small_bias, stride, padding, dilation, false,
-                           Sizes(stride.size(), 0), 1)
-        .to(torch::kFloat);
+                           Sizes(stride.size(), 0), 1);
   }
 
   static tensor_list backward(AutogradContext* context, tensor_list gradients) {
@@ -80,7 +81,26 @@ Tensor ConvolutionImpl::forward(const Tensor& input) {
   if (ConvolvesInBfloat16() && shape_.out > 1) {
     return Bfloat16Convolution::apply(input, weight_, bias, stride, padding, dilation);
   }
-  return at::convolution(input, weight_, bias, stride, padding, dilation, false, all(0), 1);
+  return at::convolution(input.to(torch::kFloat), weight_, bias, stride, padding, dilation, false,
+                         all(0), 1);
+}
+
+LayersImpl::LayersImpl(const std::vector<ConvolutionShape>& shapes) {
+  for (const ConvolutionShape& shape : shapes) {
+    const size_t at = 3 * layers_.size();  // Names as in a torch::nn::Sequential with its ReLUs.
+    const auto convolution = register_module(std::to_string(at), Convolution(shape));
+    const torch::nn::GroupNorm norm(shape.out / kChannelsInGroup, shape.out);
+    layers_.emplace_back(convolution, register_module(std::to_string(at + 1), norm));
+  }
+}
+
+Tensor LayersImpl::forward(Tensor t) {
+  for (auto& [convolution, norm] : layers_) {
+    t = convolution->forward(t);
+    t = t.scalar_type() == torch::kBFloat16 ? GroupNormRelu(t, norm->weight, norm->bias)
+                                            : norm->forward(t).relu_();
+  }
+  return t;
 }
 
 }  // namespace parallax

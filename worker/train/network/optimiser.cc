@@ -15,17 +15,22 @@ using torch::Tensor;
 constexpr double kBeta1 = 0.9, kBeta2 = 0.999, kEpsilon = 1e-8;
 // Muon's learning rate against AdamW's: the length of the steps of a matrix. Matrices of fewer
 // outputs are left to AdamW.
-constexpr double kMatrixRate = 20;
+constexpr double kMatrixRate = 40;
 constexpr int64_t kFewestRows = 8;
 
-// The product of two matrices as a convolution of one pixel, which oneDNN computes; torch's own
-// product would be that of the reference BLAS.
-Tensor Product(const Tensor& a, const Tensor& b) {
-  const int64_t rows = a.size(0), inner = a.size(1), columns = b.size(1);
-  return at::mkldnn_convolution(b.contiguous().view({1, inner, 1, columns}),
-                                a.contiguous().view({rows, inner, 1, 1}), {}, {0, 0}, {1, 1},
-                                {1, 1}, 1)
-      .view({rows, columns});
+// Products of matrices as convolutions of one pixel, which oneDNN computes; torch's own would be
+// those of the reference BLAS. `columns` is (1, inner, 1, columns).
+Tensor Product(const Tensor& a, const Tensor& columns) {
+  return at::mkldnn_convolution(columns, a.unsqueeze(2).unsqueeze(3), {}, {0, 0}, {1, 1}, {1, 1}, 1)
+      .view({a.size(0), columns.size(3)});
+}
+
+// a b for contiguous matrices.
+Tensor Times(const Tensor& a, const Tensor& b) { return Product(a, b.unsqueeze(0).unsqueeze(2)); }
+
+// a a' for a contiguous matrix, whose transpose is its own memory with channels last.
+Tensor TimesTransposed(const Tensor& a) {
+  return Product(a, a.view({1, 1, a.size(0), a.size(1)}).permute({0, 3, 1, 2}));
 }
 
 }  // namespace
@@ -89,10 +94,12 @@ Tensor Orthogonalised(const Tensor& matrix) {
   // Source of the coefficients: Jordan et al., as above.
   constexpr double kLinear = 3.4445, kCubic = -4.7750, kQuintic = 2.0315;
   const bool tall = matrix.size(0) > matrix.size(1);
-  Tensor x = (tall ? matrix.t() : matrix) / matrix.norm().clamp_min(1e-12);
+  Tensor x = (tall ? matrix.t() : matrix).contiguous() / matrix.norm().clamp_min(1e-12);
   for (int i = 0; i < 5; ++i) {
-    const Tensor square = Product(x, x.t());
-    x = x * kLinear + Product(square * kCubic + Product(square, square) * kQuintic, x);
+    const Tensor square = TimesTransposed(x);
+    Tensor factor = Times(square, square).mul_(kQuintic).add_(square, kCubic);
+    factor.diagonal().add_(kLinear);
+    x = Times(factor, x);
   }
   return tall ? x.t() : x;
 }

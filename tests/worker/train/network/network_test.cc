@@ -8,6 +8,7 @@
 
 #include "worker/train/network/convolution.h"
 #include "worker/train/network/correlation.h"
+#include "worker/train/network/group_norm.h"
 #include "worker/train/network/loss.h"
 #include "worker/train/network/optimiser.h"
 #include "worker/train/trained_predictor.h"
@@ -20,6 +21,13 @@ using torch::Tensor;
 // Values in [-1, 1) from a formula, so that tests draw nothing.
 Tensor Waves(torch::IntArrayRef sizes, double pace) {
   return torch::sin(torch::arange(c10::multiply_integers(sizes), torch::kDouble) * pace)
+      .to(torch::kFloat)
+      .view(sizes);
+}
+
+// The same without a pattern: products of such tensors do not cancel.
+Tensor Noise(torch::IntArrayRef sizes, double pace) {
+  return torch::sin(torch::arange(c10::multiply_integers(sizes), torch::kDouble).square() * pace)
       .to(torch::kFloat)
       .view(sizes);
 }
@@ -110,15 +118,15 @@ TEST(Convolution, TrainingAgreesWithPredictionToTheBitsOfItsType) {
   for (const Case& c : cases) {
     Convolution convolution(c.shape);
     std::vector<Tensor> results;
-    Tensor input = Waves(c.input, 0.7).requires_grad_();
+    Tensor input = Noise(c.input, 0.7).requires_grad_();
     std::vector<Tensor> leaves{input};
     for (Tensor& weight : convolution->parameters()) {
-      weight.set_data(Waves(weight.sizes(), 0.31));
+      weight.set_data(Noise(weight.sizes(), 0.31));
       leaves.push_back(weight);
     }
     const Tensor seen = convolution->forward(input);
-    const Tensor slope = Waves(seen.sizes(), 0.17);
-    seen.backward(slope);
+    const Tensor slope = Noise(seen.sizes(), 0.17);
+    seen.backward(slope.to(seen.scalar_type()));
     {
       const torch::NoGradGuard no_grad;
       const Tensor exact = convolution->forward(input);
@@ -147,9 +155,40 @@ TEST(Convolution, TrainingAgreesWithPredictionToTheBitsOfItsType) {
   }
 }
 
+TEST(GroupNorm, AgreesWithTorchsInBothLayouts) {
+  for (const std::vector<int64_t>& sizes :
+       {std::vector<int64_t>{2, 16, 6, 10}, {2, 24, 2, 6, 10}}) {
+    const int64_t channels = sizes[1];
+    const bool last = sizes.size() == 4;
+    const auto format = last ? torch::MemoryFormat::ChannelsLast : torch::MemoryFormat::Contiguous;
+    const Tensor values = (Waves(sizes, 0.7) * 2 + 0.5).to(torch::kBFloat16);
+    Tensor scale = Waves({channels}, 0.9) + 1.5, shift = Waves({channels}, 1.9) / 2;
+    std::vector<Tensor> leaves, copies;
+    for (const Tensor& t : {values.contiguous(format), scale, shift}) {
+      leaves.push_back(t.clone().requires_grad_());
+      copies.push_back(t.to(torch::kFloat).clone().requires_grad_());
+    }
+    const Tensor seen = GroupNormRelu(leaves[0], leaves[1], leaves[2]);
+    const Tensor exact =
+        torch::relu(torch::group_norm(copies[0], channels / 8, copies[1], copies[2]));
+    EXPECT_LT((seen - exact).norm().item<double>(), 0.005 * exact.norm().item<double>());
+    const Tensor slope = Waves(sizes, 0.17).to(torch::kBFloat16);
+    seen.backward(slope);
+    exact.backward(slope.to(torch::kFloat));
+    for (size_t i = 0; i < 3; ++i) {
+      EXPECT_LT((leaves[i].grad() - copies[i].grad()).norm().item<double>(),
+                0.01 * copies[i].grad().norm().item<double>())
+          << i << " of " << sizes.size();
+    }
+  }
+  const Tensor broken = torch::full({1, 8, 2, 2}, NAN).to(torch::kBFloat16);
+  const Tensor result = GroupNormRelu(broken, torch::ones({8}), torch::zeros({8}));
+  EXPECT_TRUE(result.isnan().all().item<bool>());
+}
+
 TEST(Optimiser, OrthogonalisedMatricesHaveTheSameDirectionsAllOfAboutOneLength) {
   for (const auto& [rows, columns] : {std::pair<int64_t, int64_t>{8, 72}, {48, 16}, {96, 96}}) {
-    const Tensor matrix = Waves({rows, columns}, 0.7) + Waves({rows, columns}, 2.3).square();
+    const Tensor matrix = Noise({rows, columns}, 0.7);
     const Tensor result = Orthogonalised(matrix);
     ASSERT_EQ(result.sizes(), matrix.sizes());
     // For M = U S V' and the result U D V', the product M' result = V S D V' is symmetric.

@@ -3,7 +3,9 @@
 #include <ATen/Parallel.h>
 #include <torch/csrc/autograd/custom_function.h>
 
+#include <algorithm>
 #include <cmath>
+#include <type_traits>
 #include <vector>
 
 namespace parallax {
@@ -85,15 +87,23 @@ struct VolumeFunction : public torch::autograd::Function<VolumeFunction> {
 
 // ---- Around one disparity
 
-// Column x - disparity - r of the right image as the two columns around it and the second's weight.
-struct Columns {
-  int64_t first;
-  float second_weight;
-  Columns(int64_t x, float disparity, int64_t r) {
-    const float at = static_cast<float>(x - r) - disparity;
-    const float floor = std::floor(at);
-    first = static_cast<int64_t>(floor);
-    second_weight = at - floor;
+// The columns of the right image that each pixel of a row is compared with. Taps differ by whole
+// columns, so that the 2 radius + 1 taps share 2 radius + 2 columns and the weight between two.
+struct LocalColumns {
+  int64_t count, margin;
+  std::vector<int64_t> first;  // Within a row that has `margin` zeros at either end.
+  std::vector<float> second_weight;
+
+  LocalColumns(const float* disparity, int64_t width, int64_t radius)
+      : count(2 * radius + 2), margin(count) {
+    for (int64_t x = 0; x < width; ++x) {
+      const float at = static_cast<float>(x) - disparity[x], floor = std::floor(at);
+      // Further outside there are only zeros as well.
+      const float reached = std::min(static_cast<float>(width + radius),
+                                     std::max(static_cast<float>(-radius - 2), floor));
+      first.push_back(static_cast<int64_t>(reached) - radius + margin);
+      second_weight.push_back(at - floor);
+    }
   }
 };
 
@@ -105,16 +115,35 @@ struct LocalFunction : public torch::autograd::Function<LocalFunction> {
     context->save_for_backward({left, right, disparity});
     context->saved_data["groups"] = groups;
     context->saved_data["radius"] = radius;
-    const Shape in = ShapeOf(left);
-    const Shape out_shape{in.batch, groups * (2 * radius + 1), in.height, in.width};
-    Tensor result =
-        torch::zeros({out_shape.batch, out_shape.channels, in.height, in.width}, left.options());
+    const Shape in = ShapeOf(left), one{in.batch, 1, in.height, in.width};
+    const int64_t taps = 2 * radius + 1, in_group = in.channels / groups;
+    const Shape out_shape{in.batch, groups * taps, in.height, in.width};
+    Tensor result = torch::empty({in.batch, groups * taps, in.height, in.width}, left.options());
+    const float *l = left.data_ptr<float>(), *r = right.data_ptr<float>(),
+                *d = disparity.data_ptr<float>();
     float* out = result.data_ptr<float>();
-    ForEachTap(left, right, disparity, groups, radius, [&](const Tap& tap) {
-      float sum = 0;
-      if (tap.first_inside) sum += (1 - tap.weight) * tap.left * tap.right[tap.first];
-      if (tap.second_inside) sum += tap.weight * tap.left * tap.right[tap.first + 1];
-      out[out_shape.Row(tap.n, tap.channel, tap.y) + tap.x] += sum;
+    ForEachRow(in, [&](int64_t n, int64_t y) {
+      const LocalColumns columns(d + one.Row(n, 0, y), in.width, radius);
+      std::vector<float> padded(static_cast<size_t>(in.width + 2 * columns.margin));
+      std::vector<float> sums(static_cast<size_t>(in.width * columns.count));
+      for (int64_t g = 0; g < groups; ++g) {
+        std::fill(sums.begin(), sums.end(), 0.0f);
+        for (int64_t c = g * in_group; c < (g + 1) * in_group; ++c) {
+          const float* lrow = l + in.Row(n, c, y);
+          std::copy_n(r + in.Row(n, c, y), in.width, padded.begin() + columns.margin);
+          ForEachColumn(columns, [&](size_t x, size_t sum, size_t column) {
+            sums[sum] += lrow[x] * padded[column];
+          });
+        }
+        for (int64_t t = 0; t < taps; ++t) {
+          float* row = out + out_shape.Row(n, g * taps + t, y);
+          for (int64_t x = 0; x < in.width; ++x) {
+            const float weight = columns.second_weight[static_cast<size_t>(x)];
+            const float* sum = &sums[static_cast<size_t>(x * columns.count + 2 * radius - t)];
+            row[x] = (1 - weight) * sum[0] + weight * sum[1];
+          }
+        }
+      }
     });
     return result;
   }
@@ -124,56 +153,59 @@ struct LocalFunction : public torch::autograd::Function<LocalFunction> {
     const Tensor &left = saved[0], &right = saved[1], gradient = gradients[0].contiguous();
     const int64_t groups = context->saved_data["groups"].toInt();
     const int64_t radius = context->saved_data["radius"].toInt();
-    const Shape in = ShapeOf(left), out = ShapeOf(gradient);
-    Tensor left_gradient = torch::zeros_like(left), right_gradient = torch::zeros_like(right);
-    const float* g = gradient.data_ptr<float>();
+    const Shape in = ShapeOf(left), out = ShapeOf(gradient), one{in.batch, 1, in.height, in.width};
+    const int64_t taps = 2 * radius + 1, in_group = in.channels / groups;
+    Tensor left_gradient = torch::zeros_like(left), right_gradient = torch::empty_like(right);
+    const float *l = left.data_ptr<float>(), *r = right.data_ptr<float>(),
+                *d = saved[2].data_ptr<float>(), *slopes = gradient.data_ptr<float>();
     float *lg = left_gradient.data_ptr<float>(), *rg = right_gradient.data_ptr<float>();
-    ForEachTap(left, right, saved[2], groups, radius, [&](const Tap& tap) {
-      const float slope = g[out.Row(tap.n, tap.channel, tap.y) + tap.x];
-      const int64_t row = in.Row(tap.n, tap.c, tap.y);
-      if (tap.first_inside) {
-        lg[row + tap.x] += slope * (1 - tap.weight) * tap.right[tap.first];
-        rg[row + tap.first] += slope * (1 - tap.weight) * tap.left;
-      }
-      if (tap.second_inside) {
-        lg[row + tap.x] += slope * tap.weight * tap.right[tap.first + 1];
-        rg[row + tap.first + 1] += slope * tap.weight * tap.left;
+    ForEachRow(in, [&](int64_t n, int64_t y) {
+      const LocalColumns columns(d + one.Row(n, 0, y), in.width, radius);
+      std::vector<float> padded(static_cast<size_t>(in.width + 2 * columns.margin)),
+          padded_gradient(padded.size());
+      std::vector<float> sums(static_cast<size_t>(in.width * columns.count));  // Their gradients.
+      for (int64_t g = 0; g < groups; ++g) {
+        std::fill(sums.begin(), sums.end(), 0.0f);
+        for (int64_t t = 0; t < taps; ++t) {
+          const float* row = slopes + out.Row(n, g * taps + t, y);
+          for (int64_t x = 0; x < in.width; ++x) {
+            const float weight = columns.second_weight[static_cast<size_t>(x)];
+            float* sum = &sums[static_cast<size_t>(x * columns.count + 2 * radius - t)];
+            sum[0] += (1 - weight) * row[x];
+            sum[1] += weight * row[x];
+          }
+        }
+        for (int64_t c = g * in_group; c < (g + 1) * in_group; ++c) {
+          const int64_t row = in.Row(n, c, y);
+          std::copy_n(r + row, in.width, padded.begin() + columns.margin);
+          std::fill(padded_gradient.begin(), padded_gradient.end(), 0.0f);
+          ForEachColumn(columns, [&](size_t x, size_t sum, size_t column) {
+            lg[row + static_cast<int64_t>(x)] += sums[sum] * padded[column];
+            padded_gradient[column] += sums[sum] * l[row + static_cast<int64_t>(x)];
+          });
+          std::copy_n(padded_gradient.begin() + columns.margin, in.width, rg + row);
+        }
       }
     });
     return {left_gradient, right_gradient, Tensor(), Tensor(), Tensor()};
   }
 
  private:
-  // One product of the sum: channel `c` of pixel (x, y) of image `n` for output `channel`.
-  struct Tap {
-    int64_t n, y, c, x, channel, first;
-    float weight, left;
-    const float* right;  // The row.
-    bool first_inside, second_inside;
-  };
-
-  template <typename TapFn>
-  static void ForEachTap(const Tensor& left, const Tensor& right, const Tensor& disparity,
-                         int64_t groups, int64_t radius, TapFn tap_fn) {
-    const Shape in = ShapeOf(left);
-    const Shape one{in.batch, 1, in.height, in.width};
-    const int64_t in_group = in.channels / groups, taps = 2 * radius + 1;
-    const float *l = left.data_ptr<float>(), *r = right.data_ptr<float>(),
-                *d = disparity.data_ptr<float>();
-    ForEachRow(in, [&](int64_t n, int64_t y) {
-      const float* drow = d + one.Row(n, 0, y);
-      for (int64_t c = 0; c < in.channels; ++c) {
-        const float *lrow = l + in.Row(n, c, y), *rrow = r + in.Row(n, c, y);
-        for (int64_t t = 0; t < taps; ++t) {
-          for (int64_t x = 0; x < in.width; ++x) {
-            const Columns columns(x, drow[x], t - radius);
-            tap_fn(Tap{n, y, c, x, c / in_group * taps + t, columns.first, columns.second_weight,
-                       lrow[x], rrow, columns.first >= 0 && columns.first < in.width,
-                       columns.first + 1 >= 0 && columns.first + 1 < in.width});
-          }
-        }
+  // Calls `fn(x, index of x's sum with a column, index of the column)` for all sums of a row.
+  template <typename Fn>
+  static void ForEachColumn(const LocalColumns& columns, Fn fn) {
+    const auto run = [&](auto count_in) {  // A constant count becomes vector instructions.
+      const size_t count = static_cast<size_t>(count_in);
+      for (size_t x = 0; x < columns.first.size(); ++x) {
+        const auto first = static_cast<size_t>(columns.first[x]);
+        for (size_t j = 0; j < count; ++j) fn(x, x * count + j, first + j);
       }
-    });
+    };
+    if (columns.count == 8) {
+      run(std::integral_constant<int64_t, 8>());
+    } else {
+      run(columns.count);
+    }
   }
 };
 

@@ -2,12 +2,13 @@
 
 #include <torch/nn/functional.h>
 #include <torch/nn/modules/activation.h>
-#include <torch/nn/modules/normalization.h>
+#include <torch/nn/modules/container/sequential.h>
 
 #include <cmath>
 #include <vector>
 
 #include "common/base/rng.h"
+#include "worker/train/network/convolution.h"
 #include "worker/train/network/correlation.h"
 
 namespace parallax {
@@ -24,112 +25,100 @@ constexpr int64_t kGroups = 8, kMatch = 48;
 constexpr int64_t kCostEighth = 16, kCostSixteenth = 48;
 constexpr int64_t kLocalGroups = 2, kLocalRadius = 3, kCorrect = 32;
 
-nn::Sequential Conv(int64_t in, int64_t out, int64_t kernel, int64_t stride = 1,
-                    int64_t dilation = 1) {
-  return nn::Sequential(nn::Conv2d(nn::Conv2dOptions(in, out, kernel)
-                                       .stride(stride)
-                                       .padding(dilation * (kernel / 2))
-                                       .dilation(dilation)
-                                       .bias(false)),
-                        nn::GroupNorm(out / 8, out), nn::ReLU(nn::ReLUOptions(true)));
+ConvolutionShape Conv(int64_t in, int64_t out, int64_t kernel, int64_t stride = 1,
+                      int64_t dilation = 1) {
+  return {in, out, kernel, stride, dilation};
 }
 
-nn::Sequential Conv3(int64_t in, int64_t out, int64_t kernel, int64_t stride = 1) {
-  return nn::Sequential(
-      nn::Conv3d(nn::Conv3dOptions(in, out, kernel).stride(stride).padding(kernel / 2).bias(false)),
-      nn::GroupNorm(out / 8, out), nn::ReLU(nn::ReLUOptions(true)));
+ConvolutionShape Conv3(int64_t in, int64_t out, int64_t kernel, int64_t stride = 1) {
+  return {in, out, kernel, stride, 1, 3};
 }
 
-nn::Sequential Chain(std::initializer_list<nn::Sequential> parts) {
-  nn::Sequential chain;
-  for (const nn::Sequential& part : parts) chain->extend(*part);
-  return chain;
+// A convolution alone.
+nn::Sequential Plain(int64_t in, int64_t out, int64_t kernel, bool bias = true) {
+  return nn::Sequential(Convolution(ConvolutionShape{in, out, kernel, 1, 1, 2, bias}));
 }
 
 Tensor Twice(const Tensor& t) {
-  return F::interpolate(
-      t, F::InterpolateFuncOptions()
-             .scale_factor(std::vector<double>(static_cast<size_t>(t.dim() - 2), 2.0))
-             .mode(torch::kNearest));
+  return F::interpolate(t.to(torch::kFloat), F::InterpolateFuncOptions()
+                                                 .scale_factor(std::vector<double>(
+                                                     static_cast<size_t>(t.dim() - 2), 2.0))
+                                                 .mode(torch::kNearest));
 }
 
 // Unit length within each of `groups` groups of channels.
 Tensor Normalised(const Tensor& t, int64_t groups) {
-  const Tensor grouped =
-      t.contiguous().view({t.size(0), groups, t.size(1) / groups, t.size(2), t.size(3)});
+  const Tensor grouped = t.to(torch::kFloat)
+                             .contiguous()
+                             .view({t.size(0), groups, t.size(1) / groups, t.size(2), t.size(3)});
   return (grouped * (grouped.square().sum(2, true) + 1e-6).rsqrt()).view(t.sizes());
 }
 
 // (batch, channels, candidates, height, width) as (batch * candidates, 3 * channels, height,
 // width): each candidate with its two neighbours, so that a 2D convolution sees what a 3D one
 // would. For few channels oneDNN's 3D convolution takes twice as long. Channels last, as its 2D
-// convolution likes them.
+// convolution likes them, and in the convolution's type.
 Tensor WithNeighbours(const Tensor& volume) {
   const int64_t candidates = volume.size(2);
-  const Tensor padded =
-      torch::constant_pad_nd(volume.permute({0, 2, 3, 4, 1}), {0, 0, 0, 0, 0, 0, 1, 1});
+  const Tensor last =
+      volume.to(ConvolvesInBfloat16() ? torch::kBFloat16 : torch::kFloat).permute({0, 2, 3, 4, 1});
+  const Tensor padded = torch::constant_pad_nd(last, {0, 0, 0, 0, 0, 0, 1, 1});
   const auto from = [&](int64_t first) { return padded.slice(1, first, first + candidates); };
   return torch::cat({from(0), from(1), from(2)}, 4).flatten(0, 1).permute({0, 3, 1, 2});
 }
 
 // Scales each channel of the volume by what the image shows there.
 Tensor Excite(nn::Sequential& guide, const Tensor& features, const Tensor& volume) {
-  return volume * torch::sigmoid(guide->forward(features)).unsqueeze(2);
+  return volume * torch::sigmoid(guide->forward(features)).unsqueeze(2).to(volume.scalar_type());
 }
 
 }  // namespace
 
 StereoNetwork::StereoNetwork() {
-  const auto add = [this](const char* name, nn::Sequential& member, nn::Sequential value) {
+  const auto add = [this](const char* name, auto& member, auto value) {
     member = register_module(name, value);
   };
-  add("half", half_, Chain({Conv(3, kHalf, 3, 2), Conv(kHalf, kHalf, 3)}));
+  add("half", half_, Layers(std::vector{Conv(3, kHalf, 3, 2), Conv(kHalf, kHalf, 3)}));
   add("quarter", quarter_,
-      Chain(
-          {Conv(kHalf, kQuarter, 3, 2), Conv(kQuarter, kQuarter, 3), Conv(kQuarter, kQuarter, 3)}));
+      Layers(std::vector{Conv(kHalf, kQuarter, 3, 2), Conv(kQuarter, kQuarter, 3),
+                         Conv(kQuarter, kQuarter, 3)}));
   add("eighth", eighth_,
-      Chain({Conv(kQuarter, kEighth, 3, 2), Conv(kEighth, kEighth, 3), Conv(kEighth, kEighth, 3)}));
+      Layers(std::vector{Conv(kQuarter, kEighth, 3, 2), Conv(kEighth, kEighth, 3),
+                         Conv(kEighth, kEighth, 3)}));
   add("sixteenth", sixteenth_,
-      Chain({Conv(kEighth, kSixteenth, 3, 2), Conv(kSixteenth, kSixteenth, 3),
-             Conv(kSixteenth, kSixteenth, 3, 1, 2)}));
-  add("lateral_eighth", lateral_eighth_, Conv(kSixteenth, kEighth, 1));
-  add("up_eighth", up_eighth_, Conv(kEighth, kEighth, 3));
-  add("lateral_quarter", lateral_quarter_, Conv(kEighth, kQuarter, 1));
-  add("up_quarter", up_quarter_, Conv(kQuarter, kQuarter, 3));
-  add("match", match_,
-      nn::Sequential(nn::Conv2d(nn::Conv2dOptions(kQuarter, kMatch, 3).padding(1))));
+      Layers(std::vector{Conv(kEighth, kSixteenth, 3, 2), Conv(kSixteenth, kSixteenth, 3),
+                         Conv(kSixteenth, kSixteenth, 3, 1, 2)}));
+  add("lateral_eighth", lateral_eighth_, Layers(std::vector{Conv(kSixteenth, kEighth, 1)}));
+  add("up_eighth", up_eighth_, Layers(std::vector{Conv(kEighth, kEighth, 3)}));
+  add("lateral_quarter", lateral_quarter_, Layers(std::vector{Conv(kEighth, kQuarter, 1)}));
+  add("up_quarter", up_quarter_, Layers(std::vector{Conv(kQuarter, kQuarter, 3)}));
+  add("match", match_, Plain(kQuarter, kMatch, 3));
 
   add("cost_eighth", cost_eighth_,
-      Chain({Conv3(kGroups, kCostEighth, 3, 2), Conv3(kCostEighth, kCostEighth, 3)}));
+      Layers(std::vector{Conv3(kGroups, kCostEighth, 3, 2), Conv3(kCostEighth, kCostEighth, 3)}));
   add("cost_sixteenth", cost_sixteenth_,
-      Chain({Conv3(kCostEighth, kCostSixteenth, 3, 2), Conv3(kCostSixteenth, kCostSixteenth, 3),
-             Conv3(kCostSixteenth, kCostSixteenth, 3)}));
-  add("narrow_sixteenth", narrow_sixteenth_, Conv3(kCostSixteenth, kCostEighth, 1));
+      Layers(std::vector{Conv3(kCostEighth, kCostSixteenth, 3, 2),
+                         Conv3(kCostSixteenth, kCostSixteenth, 3),
+                         Conv3(kCostSixteenth, kCostSixteenth, 3)}));
+  add("narrow_sixteenth", narrow_sixteenth_,
+      Layers(std::vector{Conv3(kCostSixteenth, kCostEighth, 1)}));
   add("merge_eighth", merge_eighth_,
-      Chain({Conv3(kCostEighth, kCostEighth, 3), Conv3(kCostEighth, kCostEighth, 3)}));
-  add("narrow_eighth", narrow_eighth_, Conv3(kCostEighth, kGroups, 1));
-  add("merge_quarter", merge_quarter_,
-      nn::Sequential(nn::Conv2d(nn::Conv2dOptions(3 * kGroups, kGroups, 3).padding(1)),
-                     nn::ReLU(nn::ReLUOptions(true))));
-  add("score", score_, nn::Sequential(nn::Conv2d(nn::Conv2dOptions(kGroups, 1, 1).bias(false))));
-  const auto guide = [](int64_t in, int64_t out) {
-    return nn::Sequential(nn::Conv2d(nn::Conv2dOptions(in, out, 1)));
-  };
-  add("guide_quarter", guide_quarter_, guide(kQuarter, kGroups));
-  add("guide_eighth", guide_eighth_, guide(kEighth, kCostEighth));
-  add("guide_sixteenth", guide_sixteenth_, guide(kSixteenth, kCostSixteenth));
+      Layers(std::vector{Conv3(kCostEighth, kCostEighth, 3), Conv3(kCostEighth, kCostEighth, 3)}));
+  add("narrow_eighth", narrow_eighth_, Layers(std::vector{Conv3(kCostEighth, kGroups, 1)}));
+  add("merge_quarter", merge_quarter_, Plain(3 * kGroups, kGroups, 3));
+  merge_quarter_->push_back(nn::ReLU(nn::ReLUOptions(true)));
+  add("score", score_, Plain(kGroups, 1, 1, false));
+  add("guide_quarter", guide_quarter_, Plain(kQuarter, kGroups, 1));
+  add("guide_eighth", guide_eighth_, Plain(kEighth, kCostEighth, 1));
+  add("guide_sixteenth", guide_sixteenth_, Plain(kSixteenth, kCostSixteenth, 1));
 
-  const auto weights = [](int64_t in) {
-    return nn::Sequential(nn::Conv2d(nn::Conv2dOptions(in, 36, 3).padding(1)));
-  };
-  add("upsample_half", upsample_half_, weights(kQuarter));
+  add("upsample_half", upsample_half_, Plain(kQuarter, 36, 3));
   const int64_t seen = kLocalGroups * (2 * kLocalRadius + 1) + kHalf + 2;
   add("correct", correct_,
-      Chain({Conv(seen, kCorrect, 3), Conv(kCorrect, kCorrect, 3, 1, 2),
-             Conv(kCorrect, kCorrect, 3)}));
-  add("correction", correction_,
-      nn::Sequential(nn::Conv2d(nn::Conv2dOptions(kCorrect, 1, 3).padding(1))));
-  add("upsample_full", upsample_full_, weights(kCorrect));
+      Layers(std::vector{Conv(seen, kCorrect, 3), Conv(kCorrect, kCorrect, 3, 1, 2),
+                         Conv(kCorrect, kCorrect, 3)}));
+  add("correction", correction_, Plain(kCorrect, 1, 3));
+  add("upsample_full", upsample_full_, Plain(kCorrect, 36, 3));
 }
 
 StereoNetwork::Features StereoNetwork::Describe(const Tensor& images) {
@@ -209,7 +198,8 @@ void InitialiseWeights(StereoNetwork& network, uint64_t seed) {
 
 Tensor ConvexUpsample(const Tensor& coarse, const Tensor& weights) {
   const int64_t n = coarse.size(0), h = coarse.size(2), w = coarse.size(3);
-  const Tensor mask = torch::softmax(weights.contiguous().view({n, 4, 9, h, w}), 2);
+  const Tensor mask =
+      torch::softmax(weights.to(torch::kFloat).contiguous().view({n, 4, 9, h, w}), 2);
   const Tensor padded = F::pad(coarse, F::PadFuncOptions({1, 1, 1, 1}).mode(torch::kReplicate));
   const Tensor around = F::unfold(padded, F::UnfoldFuncOptions(3)).view({n, 1, 9, h, w});
   return F::pixel_shuffle((mask * around).sum(2), F::PixelShuffleFuncOptions(2));

@@ -18,6 +18,8 @@
 
 #include <memory>
 
+#include "worker/train/network/convolution.h"
+
 namespace parallax {
 
 // Sizes must be multiples of this; PredictDisparity pads.
@@ -53,13 +55,16 @@ class StereoNetwork : public torch::nn::Module {
   Features Describe(const torch::Tensor& images);
   torch::Tensor Aggregate(const torch::Tensor& volume, const Features& left);
 
-  torch::nn::Sequential half_, quarter_, eighth_, sixteenth_;  // Features, downwards.
-  torch::nn::Sequential up_eighth_, up_quarter_, lateral_eighth_, lateral_quarter_, match_;
+  Layers half_{nullptr}, quarter_{nullptr}, eighth_{nullptr}, sixteenth_{nullptr};  // Downwards.
+  Layers up_eighth_{nullptr}, up_quarter_{nullptr}, lateral_eighth_{nullptr},
+      lateral_quarter_{nullptr};
+  torch::nn::Sequential match_;
   // The hourglass, downwards and up again.
-  torch::nn::Sequential cost_eighth_, cost_sixteenth_;
-  torch::nn::Sequential narrow_sixteenth_, merge_eighth_, narrow_eighth_, merge_quarter_, score_;
-  torch::nn::Sequential guide_quarter_, guide_eighth_, guide_sixteenth_;
-  torch::nn::Sequential upsample_half_, correct_, correction_, upsample_full_;
+  Layers cost_eighth_{nullptr}, cost_sixteenth_{nullptr};
+  Layers narrow_sixteenth_{nullptr}, merge_eighth_{nullptr}, narrow_eighth_{nullptr};
+  torch::nn::Sequential merge_quarter_, score_, guide_quarter_, guide_eighth_, guide_sixteenth_;
+  torch::nn::Sequential upsample_half_, correction_, upsample_full_;
+  Layers correct_{nullptr};
   bool plain_ = false;
 };
 

@@ -20,6 +20,7 @@ torch::jit::Module Traced(StereoNetwork& network, int64_t max_disparity, int hei
     std::replace(name.begin(), name.end(), '.', '_');
     module.register_parameter(name, item.value().set_requires_grad(false), false);
   }
+  const torch::NoGradGuard no_grad;  // Else convolutions would be in bfloat16.
   const torch::Tensor empty = torch::zeros({1, 3, height, width});
   const auto forward = [&](torch::jit::Stack inputs) -> torch::jit::Stack {
     return {network.Forward(inputs[0].toTensor(), inputs[1].toTensor(), max_disparity).disparity};

@@ -150,6 +150,19 @@ TEST(BatchLoader, OrderAndDrawsDependOnSeedAndStepOnly) {
   EXPECT_NE(first.Next()->crops[0].left, second.Next()->crops[0].left);
 }
 
+TEST(BatchLoader, ReadsAPairOnce) {
+  const auto source = ReadTrainingSource(MakeArchive("once"), {});
+  ASSERT_TRUE(source.ok());
+  const std::vector<TrainingSource> sources{*source};
+  BatchLoader loader(sources, TinyCrops(), 0, 1, 1), fresh(sources, TinyCrops(), 2, 1, 1);
+  for (int step = 0; step < 2; ++step) ASSERT_TRUE(loader.Next().ok());  // All six.
+  const auto wanted = fresh.Next();
+  for (const TrainingFrame& frame : source->frames) std::filesystem::remove_all(frame.dir);
+  const auto batch = loader.Next(), later = loader.Next();  // One may have been made before.
+  ASSERT_TRUE(batch.ok() && wanted.ok() && later.ok()) << batch.status() << later.status();
+  EXPECT_EQ(batch->crops[1].right, wanted->crops[1].right);
+}
+
 // In a thread of its own an exception would end the program.
 TEST(BatchLoader, AnExceptionWhileABatchIsMadeIsAnError) {
   const auto source = ReadTrainingSource(MakeArchive("thrown"), {});

@@ -1,10 +1,14 @@
 #include "worker/train/network/network.h"
 
+#include <ATen/ops/convolution.h>
+#include <ATen/ops/einsum.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "worker/train/network/convolution.h"
 #include "worker/train/network/correlation.h"
+#include "worker/train/network/group_norm.h"
 #include "worker/train/network/loss.h"
 #include "worker/train/network/optimiser.h"
 #include "worker/train/trained_predictor.h"
@@ -17,6 +21,13 @@ using torch::Tensor;
 // Values in [-1, 1) from a formula, so that tests draw nothing.
 Tensor Waves(torch::IntArrayRef sizes, double pace) {
   return torch::sin(torch::arange(c10::multiply_integers(sizes), torch::kDouble) * pace)
+      .to(torch::kFloat)
+      .view(sizes);
+}
+
+// The same without a pattern: products of such tensors do not cancel.
+Tensor Noise(torch::IntArrayRef sizes, double pace) {
+  return torch::sin(torch::arange(c10::multiply_integers(sizes), torch::kDouble).square() * pace)
       .to(torch::kFloat)
       .view(sizes);
 }
@@ -75,12 +86,13 @@ TEST(Correlation, LocalAgreesWithTheVolumeAndItsGradientIsRight) {
     }
   }
   const Tensor between = Waves({1, 1, 3, 12}, 0.9) * 2 + 2.3;
-  EXPECT_LT(GradientError(
-                left, [&](const Tensor& t) { return LocalCorrelation(t, right, between, 2, 2); }),
-            1e-3);
-  EXPECT_LT(GradientError(
-                right, [&](const Tensor& t) { return LocalCorrelation(left, t, between, 2, 2); }),
-            1e-3);
+  for (const int64_t radius : {2, 3}) {
+    const auto of = [&](const Tensor& l, const Tensor& r) {
+      return LocalCorrelation(l, r, between, 2, radius);
+    };
+    EXPECT_LT(GradientError(left, [&](const Tensor& t) { return of(t, right); }), 1e-3) << radius;
+    EXPECT_LT(GradientError(right, [&](const Tensor& t) { return of(left, t); }), 1e-3) << radius;
+  }
 }
 
 TEST(Correlation, PlainOperationsAgree) {
@@ -90,6 +102,104 @@ TEST(Correlation, PlainOperationsAgree) {
   const Tensor around = Waves({2, 1, 3, 12}, 0.9) * 8 + 4;
   EXPECT_TRUE(torch::allclose(PlainLocalCorrelation(left, right, around, 2, 3),
                               LocalCorrelation(left, right, around, 2, 3), 1e-4, 1e-5));
+}
+
+TEST(Convolution, TrainingAgreesWithPredictionToTheBitsOfItsType) {
+  struct Case {
+    ConvolutionShape shape;
+    std::vector<int64_t> input;
+  };
+  const Case cases[] = {{{8, 16, 3, 2, 1, 2, true}, {2, 8, 12, 20}},
+                        {{8, 16, 3, 1, 2}, {1, 8, 12, 20}},
+                        {{8, 16, 1}, {2, 8, 6, 10}},
+                        {{8, 1, 3}, {2, 8, 6, 10}},
+                        {{8, 16, 3, 2, 1, 3}, {2, 8, 4, 6, 10}},
+                        {{16, 8, 1, 1, 1, 3}, {1, 16, 4, 6, 10}}};
+  for (const Case& c : cases) {
+    Convolution convolution(c.shape);
+    std::vector<Tensor> results;
+    Tensor input = Noise(c.input, 0.7).requires_grad_();
+    std::vector<Tensor> leaves{input};
+    for (Tensor& weight : convolution->parameters()) {
+      weight.set_data(Noise(weight.sizes(), 0.31));
+      leaves.push_back(weight);
+    }
+    const Tensor seen = convolution->forward(input);
+    const Tensor slope = Noise(seen.sizes(), 0.17);
+    seen.backward(slope.to(seen.scalar_type()));
+    {
+      const torch::NoGradGuard no_grad;
+      const Tensor exact = convolution->forward(input);
+      EXPECT_EQ(exact.scalar_type(), torch::kFloat);
+      EXPECT_EQ(seen.sizes(), exact.sizes());
+      EXPECT_LT((seen - exact).norm().item<double>(), 0.01 * exact.norm().item<double>());
+      if (c.shape.out == 1) EXPECT_TRUE(torch::equal(seen, exact));
+    }
+    // The same by torch's own derivative in float32.
+    const auto all = [&](int64_t value) {
+      return std::vector<int64_t>(static_cast<size_t>(c.shape.dimensions), value);
+    };
+    std::vector<Tensor> copies;
+    for (const Tensor& leaf : leaves) copies.push_back(leaf.detach().clone().requires_grad_());
+    at::convolution(copies[0], copies[1], c.shape.bias ? copies[2] : Tensor(), all(c.shape.stride),
+                    all(c.shape.dilation * (c.shape.kernel / 2)), all(c.shape.dilation), false,
+                    all(0), 1)
+        .backward(slope);
+    for (size_t i = 0; i < leaves.size(); ++i) {
+      ASSERT_TRUE(leaves[i].grad().defined()) << i;
+      EXPECT_EQ(leaves[i].grad().scalar_type(), torch::kFloat);
+      EXPECT_LT((leaves[i].grad() - copies[i].grad()).norm().item<double>(),
+                0.02 * copies[i].grad().norm().item<double>())
+          << i;
+    }
+  }
+}
+
+TEST(GroupNorm, AgreesWithTorchsInBothLayouts) {
+  for (const std::vector<int64_t>& sizes :
+       {std::vector<int64_t>{2, 16, 6, 10}, {2, 24, 2, 6, 10}}) {
+    const int64_t channels = sizes[1];
+    const bool last = sizes.size() == 4;
+    const auto format = last ? torch::MemoryFormat::ChannelsLast : torch::MemoryFormat::Contiguous;
+    const Tensor values = (Waves(sizes, 0.7) * 2 + 0.5).to(torch::kBFloat16);
+    Tensor scale = Waves({channels}, 0.9) + 1.5, shift = Waves({channels}, 1.9) / 2;
+    std::vector<Tensor> leaves, copies;
+    for (const Tensor& t : {values.contiguous(format), scale, shift}) {
+      leaves.push_back(t.clone().requires_grad_());
+      copies.push_back(t.to(torch::kFloat).clone().requires_grad_());
+    }
+    const Tensor seen = GroupNormRelu(leaves[0], leaves[1], leaves[2]);
+    const Tensor exact =
+        torch::relu(torch::group_norm(copies[0], channels / 8, copies[1], copies[2]));
+    EXPECT_LT((seen - exact).norm().item<double>(), 0.005 * exact.norm().item<double>());
+    const Tensor slope = Waves(sizes, 0.17).to(torch::kBFloat16);
+    seen.backward(slope);
+    exact.backward(slope.to(torch::kFloat));
+    for (size_t i = 0; i < 3; ++i) {
+      EXPECT_LT((leaves[i].grad() - copies[i].grad()).norm().item<double>(),
+                0.01 * copies[i].grad().norm().item<double>())
+          << i << " of " << sizes.size();
+    }
+  }
+  const Tensor broken = torch::full({1, 8, 2, 2}, NAN).to(torch::kBFloat16);
+  const Tensor result = GroupNormRelu(broken, torch::ones({8}), torch::zeros({8}));
+  EXPECT_TRUE(result.isnan().all().item<bool>());
+}
+
+TEST(Optimiser, OrthogonalisedMatricesHaveTheSameDirectionsAllOfAboutOneLength) {
+  for (const auto& [rows, columns] : {std::pair<int64_t, int64_t>{8, 72}, {48, 16}, {96, 96}}) {
+    const Tensor matrix = Noise({rows, columns}, 0.7);
+    const Tensor result = Orthogonalised(matrix);
+    ASSERT_EQ(result.sizes(), matrix.sizes());
+    // For M = U S V' and the result U D V', the product M' result = V S D V' is symmetric.
+    const Tensor product = torch::einsum("ki,kj->ij", {matrix, result});
+    EXPECT_LT((product - product.t()).norm().item<double>(), 1e-3 * product.norm().item<double>());
+    // Few of the singular values are too small for five iterations, none becomes large.
+    const double length = result.norm().item<double>() / std::sqrt(std::min(rows, columns));
+    EXPECT_GT(length, 0.6) << rows << "x" << columns;
+    EXPECT_LT(length, 1.2) << rows << "x" << columns;
+  }
+  EXPECT_EQ(Orthogonalised(torch::zeros({4, 4})).norm().item<float>(), 0);
 }
 
 TEST(Network, ModeDisparityReadsOneModeBetweenCandidates) {

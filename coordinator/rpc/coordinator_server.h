@@ -24,7 +24,6 @@
 #include "coordinator/study/notify_hosts.h"
 #include "parallax/v1/search.pb.h"
 #include "parallax/v1/service.pb.h"
-#include "parallax/v1/search.pb.h"
 #include "parallax/v1/stream.pb.h"
 
 namespace parallax {

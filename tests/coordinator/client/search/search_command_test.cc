@@ -11,6 +11,7 @@
 #include "coordinator/client/search/search_picture.h"
 #include "coordinator/client/search/search_view.h"
 #include "coordinator/search/rung_study.h"
+#include "coordinator/view/search_json.h"
 #include "parallax/v1/search.grpc.pb.h"
 #include "tests/coordinator/client/command_test.h"
 

@@ -8,6 +8,7 @@
 #include "common/base/system/file.h"
 #include "common/config/config.h"
 #include "coordinator/client/search/best_recipe.h"
+#include "coordinator/client/search/search_names.h"
 #include "coordinator/client/search/search_picture.h"
 #include "coordinator/client/search/search_view.h"
 #include "coordinator/search/rung_study.h"

@@ -28,7 +28,12 @@ bool HasEnded(v1::StudyState state) {
 void QueueModel::Compare(JobQueue& queue, bool at_end) {
   const auto findings = queue.Check();
   if (!findings.ok()) return Expect(findings.status(), "audit");
-  for (const std::string& finding : *findings) Complain("audit: " + finding);
+  for (const std::string& finding : *findings) {
+    // A page that nothing reads any more, such as a free one, is looked at by the audit alone.
+    found_damage_ |= files_changed_ && finding.starts_with("integrity:");
+    if (!found_damage_) Complain("audit: " + finding);
+  }
+  if (found_damage_) return;
   for (auto& [id, study] : studies_) {
     if (id != 0 && !study.forgotten) CompareStudy(queue, id, study, at_end);
   }

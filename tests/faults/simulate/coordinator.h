@@ -41,8 +41,8 @@ class SimCoordinator final : public JobQueueObserver {
   bool IsInCrashLoop() const { return world_.schedule.now() < loop_.until_s; }
   // Its disk makes no errors any more.
   void Mend() { MendDisk(); }
-  // Returns whether it has noticed that its disk lies, and refuses to go on.
-  bool has_refused() const { return refused_; }
+  // Returns whether it, or the audit, has noticed that its disk lies: nothing goes on.
+  bool has_refused() const { return refused_ || model_.found_damage(); }
   bool is_up() const { return life_ != nullptr; }
   bool Lives(int life) const { return is_up() && life == lives_; }
   int lives() const { return lives_; }

@@ -81,6 +81,8 @@ class QueueModel {
   // Returns whether the study was acknowledged and is still there.
   bool Knows(int64_t study) const { return studies_.count(study) > 0; }
   const std::vector<std::string>& complaints() const { return complaints_; }
+  // Returns whether the audit has found what somebody has changed in the database's files.
+  bool found_damage() const { return found_damage_; }
   int64_t done() const { return done_; }
   int64_t stale() const { return stale_; }
 
@@ -142,6 +144,7 @@ class QueueModel {
   int64_t done_ = 0;
   int64_t stale_ = 0;
   bool files_changed_ = false;
+  bool found_damage_ = false;
 };
 
 }  // namespace parallax::faults

@@ -23,7 +23,7 @@ const Costs kMeasuredCosts = {
     // EXR
     // with four masks (bench_image_io: 0.1 a channel). bench_render --flow measures it.
     .flow_s_per_mpx = 3.0,
-    // trainer --steps 100 --batch 2, crops of 192x384: 0.48 a step of Zen 4.
+    // Batch 2, crops of 192x384, one thread of Zen 4: 0.48 a step, forward, backward and update.
     .train_step_s_per_mpx = 0.48 / (2 * 0.192 * 0.384),
     // trainer predict --threads 2, another pair in its list: 3.0 at 480x270, 4.2 at 741x500, 3.6 at
     // 1280x720, 4.6 at 2880x1920, each by SeenMpx: 4.6, 2.8, 3.9, 4.2.

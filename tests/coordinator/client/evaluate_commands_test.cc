@@ -378,7 +378,8 @@ TEST_F(EvaluateCommandTest, MistakesAreOneLineAndExitTwo) {
       {{"table", tree_.dir(), "--format", "html"}, "html"},
       {{"predict", "sgbm", a, a, "--out", "d.jpg"}, "wanted a .pfm or a .png"},
       {{"predict", "sgbm", a, tree_.Path("small.png"), "--out", tree_.Path("d.pfm")}, "8x8"},
-      {{"predict", "sgbm", a}, "RIGHT is required"},
+      {{"predict", "sgbm", a}, "--out is required"},
+      {{"predict", a, "--out", tree_.Path("d.pfm")}, "RIGHT"},
   };
   for (const auto& c : cases) {
     const Outcome outcome = RunCommand(c.arguments);

@@ -73,12 +73,9 @@ absl::StatusOr<std::string> FindNetwork() {
                                  : installation.data + "/configs/networks/network.pt";
   if (access(path.c_str(), R_OK) == 0) return path;
   return NotFound(
-      "the trained network of Parallax is missing: no {}; {}, or name a checkpoint of the built-in "
-      "trainer in ${}",
-      path,
-      built ? "build in a source tree that has configs/networks/network.pt"
-            : "install Parallax again",
-      kVariable);
+      "no trained network is at hand (no {}): name a checkpoint of the built-in trainer in ${}; "
+      "`parallax run network --out DIR` trains one, DIR/training/all-three/builtin/seed-0/final.pt",
+      path, kVariable);
 }
 
 std::string HowToAddProgram(const Installation& installation, const std::string& name) {

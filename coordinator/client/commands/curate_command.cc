@@ -268,10 +268,11 @@ void RegisterCurate(Registry& registry) {
   command->add_option("DIR", options->dir, "A dataset of `run` or `fetch`, or one of its variants")
       ->required();
   command
-      ->add_option("--checkpoint", options->checkpoints,
-                   "A network of the built-in trainer, or `network`, the one that comes with "
-                   "Parallax; may be repeated (default: those that the study trained on the "
-                   "variant, in DIR/training, else `network`)")
+      ->add_option(
+          "--checkpoint", options->checkpoints,
+          "A network of the built-in trainer, or `network`, the one that "
+          "$PARALLAX_NETWORK names; may be repeated (default: those that the study trained on the "
+          "variant, in DIR/training, else `network`)")
       ->type_name("FILE");
   command
       ->add_option("--max-share", options->max_share,

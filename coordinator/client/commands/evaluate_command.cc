@@ -260,7 +260,7 @@ void AddPredictorOptions(CLI::App* command, PredictorChoice& choice) {
 void RegisterEvaluate(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "evaluate", "Score predictions on benchmarks of real or generated pairs",
-      "PREDICTOR is `network` (the trained one that comes with Parallax), `sgbm` (OpenCV's\n"
+      "PREDICTOR is `network` (the checkpoint that $PARALLAX_NETWORK names), `sgbm` (OpenCV's\n"
       "matcher, the classical baseline), a checkpoint of the built-in trainer, or a folder of\n"
       "predictions <pair>.pfm, .png (16 bits, x256), .npy or .exr. With\n"
       "--command any program predicts: {list} becomes a file of lines `left right output.pfm`.\n"
@@ -269,7 +269,7 @@ void RegisterEvaluate(Registry& registry) {
       "\n"
       "Examples:\n"
       "  parallax evaluate --list                        the benchmarks, and how their files lie\n"
-      "  parallax evaluate network --out scores          on the pair that setup.sh installs\n"
+      "  parallax evaluate sgbm --out scores             on the pair that setup.sh installs\n"
       "  parallax evaluate default-1.pt --variant default --seed 1 --out scores \\\n"
       "      --benchmarks ~/stereo --on middlebury2014-H --on eth3d --on kitti2015\n"
       "  parallax evaluate --command 'python predict.py {list}' --variant mine --out scores \\\n"

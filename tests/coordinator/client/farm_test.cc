@@ -450,7 +450,7 @@ TEST_F(FarmCommandTest, LsfSubmitsListsAndCancelsAsItsFileSays) {
 TEST_F(FarmCommandTest, AnEngineOfTheUsersOwnIsAFileThatIsChecked) {
   const std::string file =
       WriteText("tiny.yaml",
-                "submit: {command: [tsub, \"{script}\"], id: '^(.+)$'}\n"
+                "submit: {command: [tsub, \"{script}\", \"{arguments}\"], id: '^(.+)$'}\n"
                 "cancel: [tdel, \"{ids}\"]\n"
                 "list: {command: [tstat], pilot: '^(\\S+) (\\S+)$', name_length: 8,\n"
                 "  states: [{pattern: r, is: running}]}\n");

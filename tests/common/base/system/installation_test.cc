@@ -87,7 +87,7 @@ TEST_F(InstallationTest, TheTrainedNetworkIsFoundByItsVariableOrBesideTheProgram
     EXPECT_EQ(installed.status().code(), absl::StatusCode::kNotFound);
     EXPECT_THAT(
         std::string(installed.status().message()),
-        AllOf(HasSubstr("no " + beside), HasSubstr("in a source tree that has configs/networks"),
+        AllOf(HasSubstr("no " + beside), HasSubstr("`parallax run network --out DIR` trains one"),
               HasSubstr("in $PARALLAX_NETWORK")));
   }
   ASSERT_TRUE(WriteFile(dir_ + "/mine.pt", "weights").ok());

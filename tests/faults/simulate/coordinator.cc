@@ -138,7 +138,7 @@ absl::Status SimCoordinator::OpenQueue() {
   options.vfs = kPowerCutVfs;
   options.clock = &clock_;
   options.kinds = &Kinds();
-  if (!world_.mutation.any_version) options.versions = versions();
+  options.versions = versions();
   if (dies_at_) {
     options.fail_point = [this](const std::string& command, int step) {
       return Pass(command, step);

@@ -48,7 +48,6 @@ const NamedMutation kMutations[] = {
     {"hear-at-start", {.queue = {.hear_at_start = true}}},
     {"no-acknowledging", {.no_acknowledging = true}},
     {"sizes-only", {.sizes_only = true}},
-    {"any-version", {.any_version = true}},
     {"no-outbox", {.no_outbox = true}},
     {"send-once", {.send_once = true}},
     {"remove-early", {.remove_early = true}},

@@ -16,7 +16,6 @@ struct Mutation {
   UnsafeForTest queue;
   bool sizes_only = false;        // The check of the store believes files that have their size.
   bool no_acknowledging = false;  // A stream forgets what its consumers have acknowledged.
-  bool any_version = false;       // An upgraded coordinator keeps all leases.
   bool no_outbox = false;         // A worker's process takes its unanswered reports with it.
   bool send_once = false;         // A worker sends a report once.
   bool remove_early = false;      // A report leaves the outbox when it is sent.

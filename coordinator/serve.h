@@ -45,7 +45,7 @@ struct ServeOptions {
   double notify_stall_min = 30;  // Minutes without a running job that are a stall; 0: never.
   // Makes the table of results of a study for the page; null: the page shows none.
   std::function<absl::StatusOr<std::string>(JobQueue&, const Store&, int64_t study)> table;
-  std::function<std::string(const v1::SearchStatus&)> picture;  // Of a search, as SVG; or null.
+  std::function<std::string(const v1::SearchStatus&)> picture;  // Draws a search as SVG; or null.
   // Scores the studies of searches; null: this coordinator doesn't search.
   std::function<absl::StatusOr<std::vector<TrialScore>>(JobQueue&, const Store&, const ScoreQuery&)>
       scores;

@@ -131,7 +131,7 @@ struct StoredResult {
   std::string bytes;  // In the kind's form; empty if rejected.
   bool rejected = false;
   std::string reason;  // Why it was rejected.
-  double core_s = 0;   // What making it took, where its bytes don't say. Not read again by kinds.
+  double core_s = 0;   // Time to make it, where its bytes don't say. Kinds don't read it again.
 };
 
 // A published pair of a dataset.

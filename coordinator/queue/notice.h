@@ -1,5 +1,5 @@
-// What the operator of a farm, and a study's own receiver, are told of studies, outside of the page
-// and the command line.
+// Notices tell the operator of a farm, and a study's own receiver, of its studies, outside of the
+// page and the command line.
 // Values.
 #pragma once
 

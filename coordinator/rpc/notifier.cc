@@ -196,7 +196,7 @@ absl::Status Notifier::LookAtStudies() {
     RETURN_IF_ERROR(LookForStall(study, now));
     RETURN_IF_ERROR(LookForNeeds(study, now));
   }
-  // What is no longer the case is told again when it is.
+  // A finding that this look did not make is forgotten, so that its next time is news.
   std::erase_if(stalls_, [this](const auto& entry) { return entry.second.seen != look_; });
   std::erase_if(needs_, [this](const auto& entry) { return entry.second.seen != look_; });
   return absl::OkStatus();

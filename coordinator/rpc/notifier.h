@@ -80,7 +80,7 @@ class Notifier {
   const NotifierOptions options_;
   const HttpClient http_;
 
-  // What is the case with a study, since when in steady time, and whether it is told.
+  // A study stalls or waits: since when (steady time), and whether a notice has told it.
   struct Finding {
     double since_s = 0;
     bool told = false;

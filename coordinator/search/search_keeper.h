@@ -28,7 +28,7 @@ namespace parallax {
 // A search, and what its keeper knows of it.
 struct KeptSearch {
   v1::SearchRecord record;
-  std::string needs;      // What a person must do before it goes on.
+  std::string needs;      // A person must do this before it goes on.
   std::string waits_for;  // Why the next step was not taken.
   bool has_failed = false;
   std::unique_ptr<SamplerRun> asking;  // The sampler is asked for trials.

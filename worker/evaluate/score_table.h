@@ -50,7 +50,7 @@ struct TableComparison {
   std::string variant, trainer;
   std::string baseline, baseline_trainer;
   int pairs = 0;
-  Interval difference;     // Of the figure shown.
+  Interval difference;     // Difference of the figure shown.
   std::string decided_by;  // The metric of `comparison`.
   Comparison comparison;   // Its images are groups of pairs, where intervals draw these.
 };

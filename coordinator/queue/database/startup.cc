@@ -13,7 +13,8 @@ namespace {
 constexpr size_t kMostLimitsText = 2000;
 constexpr double kEpochZeroUnixS = 1577836800;  // 2020-01-01
 
-// What is kept of a program: "0.3.0: layout 27, scene 27,".
+// The table of epochs keeps a program as its version and those of its stages: "0.3.0: layout 27,
+// scene 27,".
 std::string WordOf(const std::string& stage, const StageVersions& versions) {
   return " " + stage + " " + VersionOf(versions, stage) + ",";
 }

@@ -44,7 +44,7 @@ class KeeperTest : public QueueTest {
     EXPECT_TRUE(status.ok()) << status.status();
     return status.ok() ? *status : StatusMessage();
   }
-  // Of the record that the test is about.
+  // Returns the status of the record that the test is about.
   StatusMessage Status() {
     const auto list = keeper_->List(name_);
     EXPECT_TRUE(list.ok()) << list.status();

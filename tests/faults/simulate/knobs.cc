@@ -111,7 +111,7 @@ Knobs DrawKnobs(Rng rng) {
   if (knobs.lie != Lie::kNone) return knobs;  // A backup has old positions and leases.
   knobs.has_stream = rng.Bernoulli(0.2);
   knobs.has_search = !knobs.has_stream && rng.Bernoulli(0.1);
-  // What failed is retried in the end, and no setting is given up by chance.
+  // Failed jobs are retried in the end, and no setting is given up by chance.
   if (knobs.has_stream || knobs.has_search) knobs.queue.archive_after_s = 0;
   if (knobs.has_search) knobs.reject_p = 0;
   if (!knobs.disk_errs && rng.Bernoulli(0.15)) {

@@ -16,7 +16,7 @@
 namespace parallax::faults {
 
 struct Points {
-  static constexpr int kMostSteps = 63;  // Of a command; later ones count as the last.
+  static constexpr int kMostSteps = 63;  // Later steps of a command count as the last.
   struct Point {
     std::string command;
     int step = 1;

@@ -28,7 +28,7 @@ constexpr size_t kKeptSeedsToRunTwice = 5;
 constexpr int64_t kSeedsForAllPoints = 1500;
 constexpr int kFoundSomething = 3;  // Exit status of a child.
 constexpr unsigned kMostChildren = 64;
-constexpr time_t kMostCpu_s = 120;  // Of a run.
+constexpr time_t kMostCpu_s = 120;  // A run that takes more hangs.
 
 struct NamedMutation {
   const char* name;

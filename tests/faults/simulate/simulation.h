@@ -24,7 +24,7 @@ struct RunResult {
   int64_t stale = 0;     // Late reports that were refused.
   int64_t starts = 0;    // Of the coordinator.
   bool refused = false;  // It ended for damage to its database.
-  Points points;         // Of the queue.
+  Points points;         // Steps of the queue's commands that it came to.
 };
 
 RunResult RunSeed(const RunOptions& options);

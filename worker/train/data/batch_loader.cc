@@ -15,7 +15,7 @@ namespace {
 
 // Decoding a pair of 640x360 takes 27 ms, a third of a step. About 140 such pairs are kept.
 constexpr size_t kMostKeptBytes = size_t{512} << 20;
-constexpr size_t kBytesPerPixel = 8;  // Of each eye: colours, disparity, trust.
+constexpr size_t kBytesPerPixel = 8;  // Each eye has colours, disparity, trust.
 
 std::vector<int> SizesOf(const std::vector<TrainingSource>& sources) {
   std::vector<int> sizes;

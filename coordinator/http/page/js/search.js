@@ -9,7 +9,7 @@ const percent = (share) => `${Math.round(100 * share)} %`;
 const trialName = (number) => number === 0 ? "default" : `trial ${number}`;
 const verdictTone = (verdict) => verdict === "better" ? "good" : verdict === "worse" ? "bad" : "soft";
 
-// What it waits for: a person, or its own work.
+// A search waits for a person, or for its own work.
 const waiting = (search) => search.needs ? html`<span class="warn">${search.needs}</span>` : html`<span class="soft">${search.waits_for}</span>`;
 
 function hours(search) {

@@ -96,7 +96,7 @@ void SimSearcher::Look() {
   if (VfsHasEnded() || absl::IsNotFound(list.status())) return;  // Not begun yet.
   if (!list.ok()) return coordinator_.model().Expect(list.status(), "look at a search");
   const v1::SearchStatus& status = list->front();
-  // What failed waits for a person.
+  // Failed jobs wait for a person.
   for (const int64_t study : status.studies()) {
     if (!world_.has_faults) (void)coordinator_.queue().Retry(StudyId{study}, "client");
   }

@@ -35,7 +35,7 @@ class SimSearcher {
   SimClient& client_;
   Rng dice_;
   const v1::StudySpec study_;
-  const std::string calm_;  // What a calm farm finds.
+  const std::string calm_;  // A calm farm finds this.
   bool has_ended_ = false;
   bool is_done_ = false;
 };

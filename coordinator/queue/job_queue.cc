@@ -152,15 +152,17 @@ absl::Status JobQueue::Impl::Open() {
   }
   RETURN_IF_ERROR(leased.status());
 
+  ASSIGN_OR_RETURN(const std::vector<int64_t> others,
+                   LeasesOfOtherVersions(*db_, options_.versions, *options_.kinds));
+
   finisher_ = std::make_unique<Finisher>(options_.own_threads);
   Writer::Hooks hooks;
   hooks.published = [this](const Effects& effects) { news_.Publish(effects); };
   hooks.tick = [this] { return upkeep_->Tick(); };
   hooks.due = [this] { return upkeep_->IsDue(); };
   if (options_.own_timer) hooks.tick_s = std::clamp(options_.lease_s / 20, 0.01, 0.5);
+  // From here on the connection is the writing thread's: it may make scenes at once.
   writer_ = std::make_unique<Writer>(*db_, *machine_, options_, std::move(hooks));
-  ASSIGN_OR_RETURN(const std::vector<int64_t> others,
-                   LeasesOfOtherVersions(*db_, options_.versions, *options_.kinds));
   if (others.empty()) return absl::OkStatus();
   return Do("worker_lost", [&](Machine& machine) { return machine.reports().EndEarlier(others); });
 }

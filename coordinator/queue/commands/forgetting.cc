@@ -142,12 +142,13 @@ absl::StatusOr<bool> RemoveRowsOf(Tables& tables, int64_t study, int limit) {
                                  " (SELECT id FROM variants WHERE study_id = ?1) LIMIT 1",
                                  study));
   if (any_job) return false;
-  for (const char* sql : {"DELETE FROM job_counts WHERE variant_id IN"
-                          " (SELECT id FROM variants WHERE study_id = ?1)",
-                          "DELETE FROM repairs WHERE variant_id IN"
-                          " (SELECT id FROM variants WHERE study_id = ?1)",
-                          "DELETE FROM variants WHERE study_id = ?1",
-                          "UPDATE studies SET forgotten = 2 WHERE id = ?1"}) {
+  for (const char* sql :
+       {"DELETE FROM job_counts WHERE variant_id IN"
+        " (SELECT id FROM variants WHERE study_id = ?1)",
+        "DELETE FROM repairs WHERE variant_id IN"
+        " (SELECT id FROM variants WHERE study_id = ?1)",
+        "DELETE FROM taken_back WHERE study_id = ?1", "DELETE FROM variants WHERE study_id = ?1",
+        "UPDATE studies SET forgotten = 2 WHERE id = ?1"}) {
     RETURN_IF_ERROR(tables.db.Run(sql, study));
   }
   return true;

@@ -20,7 +20,7 @@ absl::StatusOr<TakenBack> Repair::TakeBack(const std::vector<DamagedResult>& dam
     if (folder.value_or("").empty() || *folder != result.folder) continue;  // Gone or made anew.
     ++taken.results;
     RETURN_IF_ERROR(TakePairsBack(result, taken, pairs));
-    RETURN_IF_ERROR(TakeStudyResultsBack(result.key, jobs));
+    RETURN_IF_ERROR(TakeStudyResultsBack(result, jobs));
     RETURN_IF_ERROR(tables_.RemoveResult(result.key));
   }
   for (const auto& [scene, rigs] : pairs) {
@@ -83,7 +83,7 @@ absl::Status Repair::TakePairsBack(const DamagedResult& result, TakenBack& taken
   return absl::OkStatus();
 }
 
-absl::Status Repair::TakeStudyResultsBack(const Sha256Digest& key, std::vector<int64_t>& jobs) {
+absl::Status Repair::TakeStudyResultsBack(const DamagedResult& result, std::vector<int64_t>& jobs) {
   struct Row {
     int64_t cursor = 0, study = 0, job = 0;
     bool forgotten = false;
@@ -91,13 +91,17 @@ absl::Status Repair::TakeStudyResultsBack(const Sha256Digest& key, std::vector<i
   SqliteQuery query(tables_.db,
                     "SELECT r.cursor, r.study_id, r.job_id, s.forgotten FROM study_results AS r"
                     " JOIN studies AS s ON s.id = r.study_id WHERE r.work_key = ?1",
-                    key);
+                    result.key);
   ASSIGN_OR_RETURN(const std::vector<Row> rows, query.Rows([&] {
     return Row{query.Int(0), query.Int(1), query.Int(2), query.Int(3) != 0};
   }));
   for (const Row& row : rows) {
     RETURN_IF_ERROR(tables_.db.Run("DELETE FROM study_results WHERE cursor = ?1", row.cursor));
     if (row.forgotten) continue;
+    RETURN_IF_ERROR(
+        tables_.db.Run("INSERT INTO taken_back(job_id, study_id, since_unix_s, reason)"
+                       " VALUES (?1, ?2, ?3, ?4)",
+                       row.job, row.study, tables_.Now(), OneLine(result.why)));
     ASSIGN_OR_RETURN(const bool goes_on, GoesOn(row.study));
     if (goes_on) jobs.push_back(row.job);
   }

@@ -36,7 +36,7 @@ class Repair {
   // Take back what studies have of a result. Add the pairs and jobs to make again.
   absl::Status TakePairsBack(const DamagedResult& result, TakenBack& taken,
                              std::map<SceneId, std::vector<uint32_t>>& lost);
-  absl::Status TakeStudyResultsBack(const Sha256Digest& key, std::vector<int64_t>& jobs);
+  absl::Status TakeStudyResultsBack(const DamagedResult& result, std::vector<int64_t>& jobs);
   absl::StatusOr<bool> GoesOn(int64_t study);
   absl::Status AskForPairs(int64_t variant, uint32_t ordinal, std::vector<uint32_t> rigs);
   absl::Status AskForResult(int64_t job);

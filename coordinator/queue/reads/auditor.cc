@@ -23,12 +23,6 @@ constexpr size_t kShownOfAKind = 10;
 #define GOING                                                              \
   "(SELECT v.id FROM variants AS v JOIN studies AS s ON s.id = v.study_id" \
   " WHERE s.forgotten > 0)"
-// Its result was damaged: another generation makes it again, unless the study is cancelled.
-#define TAKEN_BACK                                                                     \
-  "(EXISTS (SELECT 1 FROM all_jobs AS n WHERE n.variant_id = j.variant_id"             \
-  " AND n.ordinal = j.ordinal AND n.kind = j.kind AND n.generation > j.generation)"    \
-  " OR EXISTS (SELECT 1 FROM studies AS c WHERE c.id = j.study_id AND c.cancelled = 1" \
-  " AND NOT EXISTS (SELECT 1 FROM results AS e WHERE e.work_key = j.work_key)))"
 #define LOST_OTHER "j.kind NOT IN " OF_SCENE " AND j.state IN " LOST
 
 constexpr JobKind::Invariant kInvariants[] = {
@@ -160,8 +154,8 @@ constexpr JobKind::Invariant kInvariants[] = {
     {"a study lists the results of its jobs that have files",
      "SELECT j.id FROM all_jobs AS j JOIN job_kinds AS k ON k.name = j.kind"
      " LEFT JOIN study_results AS r ON r.job_id = j.id WHERE k.of_scene = 0 AND k.has_output = 1"
-     " AND j.variant_id NOT IN " GOING " AND ((j.state = 'SUCCEEDED' AND NOT " TAKEN_BACK
-     ") <> (r.job_id IS NOT NULL)"
+     " AND j.variant_id NOT IN " GOING " AND ((j.state = 'SUCCEEDED'"
+     " AND j.id NOT IN (SELECT job_id FROM taken_back)) <> (r.job_id IS NOT NULL)"
      " OR r.work_key <> j.work_key OR r.study_id <> j.study_id)"},
     {"a cancelled study has nothing unfinished",
      "SELECT j.id FROM jobs AS j JOIN studies AS s ON s.id = j.study_id"

@@ -177,6 +177,23 @@ TEST_F(RepairTest, ANetworkThatIsDamagedIsTrainedAgainBeforeItIsScored) {
   ExpectSound();
 }
 
+TEST_F(RepairTest, ACancelledStudyLacksANetworkThatAnotherStudyMakesAgain) {
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  request.mutable_study()->mutable_evaluate()->add_benchmarks("shipped");
+  const StudyId cancelled = SubmitRequest(request);
+  MakePairs();
+  TrainAll();
+  ASSERT_TRUE(queue_->Cancel(cancelled, "", "tester").ok());
+  EXPECT_EQ(TakeBack({OutputWith("step-100.pt")}).jobs, 0);
+  ExpectSound();
+  request.mutable_study()->set_name("again");
+  const StudyId again = SubmitRequest(request);
+  TrainAll();
+  ExpectSound();
+  EvaluateAll();
+  EXPECT_EQ(State(again), v1::STUDY_STATE_SUCCEEDED);
+}
+
 TEST_F(RepairTest, ThePlaceOfAPassIsKept) {
   EXPECT_FALSE((*queue_->GetScrub()).has_value());
   Submit({.pairs = 6});

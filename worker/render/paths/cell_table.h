@@ -93,11 +93,11 @@ class FrozenCells {
   // Has at least so many slots, more than the entries that it will hold.
   explicit FrozenCells(size_t slots) : entries_(std::bit_ceil(std::max<size_t>(slots, 64))) {}
 
-  void Add(uint64_t key, Entry entry) {
+  void Add(uint64_t key, const Entry& entry) {
     size_t i = SlotOf(key);
     while (entries_[i].tag != 0) i = Next(i);
-    entry.tag = TagOf(key);
     entries_[i] = entry;
+    entries_[i].tag = TagOf(key);
     ++cells_;
   }
   // Returns nullptr where the table, which has been given slots, has no such entry.

@@ -19,7 +19,7 @@
 #include "common/image/io.h"
 #include "common/image/picture_pair.h"
 #include "worker/train/network/exchange_network.h"
-#include "worker/train/network/torchscript.h"
+#include "worker/train/network/export.h"
 #include "worker/train/trained_predictor.h"
 #include "worker/train/training.h"
 
@@ -311,20 +311,31 @@ CLI::App* AddPredict(CLI::App& app, PredictArguments& a) {
   return command;
 }
 
-int Export(const PredictArguments& a) {
+struct ExportArguments {
+  std::string checkpoint, torchscript, size, weights;
+};
+
+absl::Status Export(const ExportArguments& a) {
+  if (!a.weights.empty()) return ExportWeights(a.checkpoint, a.weights);
   TrainSettings size;
-  absl::Status status = ParseSize("--size", a.size, size);
-  if (status.ok())
-    status = ExportTorchScript(a.checkpoint, a.out, size.crop_height, size.crop_width);
-  return status.ok() ? 0 : Fail(status);
+  RETURN_IF_ERROR(ParseSize("--size", a.size, size));
+  return ExportTorchScript(a.checkpoint, a.torchscript, size.crop_height, size.crop_width);
 }
 
-CLI::App* AddExport(CLI::App& app, PredictArguments& a) {
-  CLI::App* command =
-      app.add_subcommand("export", "A checkpoint as a TorchScript module for one image size");
+CLI::App* AddExport(CLI::App& app, ExportArguments& a) {
+  CLI::App* command = app.add_subcommand(
+      "export", "A checkpoint as a TorchScript module for one image size, or its weights");
   command->add_option("--checkpoint", a.checkpoint, "Of `trainer train`")->required();
-  command->add_option("--torchscript", a.out, "The module's file")->required();
-  command->add_option("--size", a.size, "HEIGHTxWIDTH of its images, multiples of 32")->required();
+  CLI::App* const what = command->add_option_group("What to write");
+  CLI::Option* const module =
+      what->add_option("--torchscript", a.torchscript, "A module: its file");
+  what->add_option("--weights", a.weights,
+                   "A checkpoint that predicts and starts runs, a quarter of the bytes: its file");
+  what->require_option(1);
+  CLI::Option* const size =
+      command->add_option("--size", a.size, "HEIGHTxWIDTH of the module's images, multiples of 32");
+  size->needs(module);
+  module->needs(size);
   return command;
 }
 
@@ -333,7 +344,8 @@ int Run(int argc, char** argv) {
   app.set_version_flag("--version", std::string("trainer ") + kProgramVersion);
   app.require_subcommand(1);
   TrainOptions train;
-  PredictArguments predict, exported;
+  PredictArguments predict;
+  ExportArguments exported;
   CLI::App* train_command = AddTrain(app, train);
   CLI::App* predict_command = AddPredict(app, predict);
   CLI::App* export_command = AddExport(app, exported);
@@ -346,7 +358,10 @@ int Run(int argc, char** argv) {
   }
   if (train_command->parsed()) return Train(train);
   if (predict_command->parsed()) return Predict(predict);
-  if (export_command->parsed()) return Export(exported);
+  if (export_command->parsed()) {
+    const absl::Status status = Export(exported);
+    return status.ok() ? 0 : Fail(status);
+  }
   return 0;
 }
 

@@ -120,6 +120,10 @@ class Run {
       return FailedPrecondition("{} is a checkpoint of another run: it has {} is wanted",
                                 job_.resume, difference);
     }
+    if (checkpoint.state.weights.numel() == 0) {
+      return FailedPrecondition("{} has only weights, a run can't resume from it: --start {}",
+                                job_.resume, job_.resume);
+    }
     optimiser_->Restore(checkpoint.state);
     first_ = checkpoint.step;
     return absl::OkStatus();

@@ -270,9 +270,9 @@ void RegisterCurate(Registry& registry) {
   command
       ->add_option(
           "--checkpoint", options->checkpoints,
-          "A network of the built-in trainer, or `network`, the one that "
-          "$PARALLAX_NETWORK names; may be repeated (default: those that the study trained on the "
-          "variant, in DIR/training, else `network`)")
+          "A network of the built-in trainer, or `network`, which comes with Parallax unless "
+          "$PARALLAX_NETWORK names another; may be repeated (default: those that the study trained "
+          "on the variant, in DIR/training, else `network`)")
       ->type_name("FILE");
   command
       ->add_option("--max-share", options->max_share,

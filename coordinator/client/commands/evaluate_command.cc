@@ -260,16 +260,16 @@ void AddPredictorOptions(CLI::App* command, PredictorChoice& choice) {
 void RegisterEvaluate(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "evaluate", "Score predictions on benchmarks of real or generated pairs",
-      "PREDICTOR is `network` (the checkpoint that $PARALLAX_NETWORK names), `sgbm` (OpenCV's\n"
-      "matcher, the classical baseline), a checkpoint of the built-in trainer, or a folder of\n"
-      "predictions <pair>.pfm, .png (16 bits, x256), .npy or .exr. With\n"
+      "PREDICTOR is `network` (comes with Parallax unless $PARALLAX_NETWORK names another), `sgbm`\n"
+      "(OpenCV's matcher, the classical baseline), a checkpoint of the built-in trainer, or a\n"
+      "folder of predictions <pair>.pfm, .png (16 bits, x256), .npy or .exr. With\n"
       "--command any program predicts: {list} becomes a file of lines `left right output.pfm`.\n"
       "One score file a benchmark; `parallax table` makes tables of them. Pixels without a valid\n"
       "prediction count as wrong, a pair without a prediction is an error.\n"
       "\n"
       "Examples:\n"
       "  parallax evaluate --list                        the benchmarks, and how their files lie\n"
-      "  parallax evaluate sgbm --out scores             on the pair that setup.sh installs\n"
+      "  parallax evaluate network --out scores          on the pair that setup.sh installs\n"
       "  parallax evaluate default-1.pt --variant default --seed 1 --out scores \\\n"
       "      --benchmarks ~/stereo --on middlebury2014-H --on eth3d --on kitti2015\n"
       "  parallax evaluate --command 'python predict.py {list}' --variant mine --out scores \\\n"

@@ -87,8 +87,8 @@ absl::StatusOr<ExitCode> Predict(const PredictOptions& options, Session& session
 void RegisterPredict(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "predict", "Predict the disparities of a pair of rectified pictures",
-      "PREDICTOR is a checkpoint of the built-in trainer, `sgbm` (OpenCV's matcher), or\n"
-      "`network`, the checkpoint that $PARALLAX_NETWORK names (default). The output\n"
+      "PREDICTOR is `network` (default), which comes with Parallax unless $PARALLAX_NETWORK names\n"
+      "another; `sgbm` (OpenCV's matcher); or a checkpoint of the built-in trainer. The output\n"
       "holds disparities of the left picture in pixels: a PFM as float32, a PNG as 16 bits x256\n"
       "with 0 for none.\n"
       "\n"

@@ -16,7 +16,7 @@
 #include "common/base/system/file.h"
 #include "tests/worker/dataset/synthetic_archive.h"
 #include "worker/train/network/checkpoint.h"
-#include "worker/train/network/torchscript.h"
+#include "worker/train/network/export.h"
 #include "worker/train/trained_predictor.h"
 
 namespace parallax {
@@ -165,6 +165,30 @@ TEST(Trainer, BeginsWithTheWeightsOfAnotherRunAndSaysWhich) {
   const Outcome none = Shell(TrainLine(again, kSmall + "--steps 6 --start /nowhere.pt"));
   EXPECT_EQ(none.exit, 1);
   EXPECT_NE(none.err.find("/nowhere.pt"), std::string::npos) << none.err;
+}
+
+TEST(Trainer, ExportedWeightsPredictAndStartRunsButDoNotResumeThem) {
+  const std::string whole = FreshDir("whole"), weights = whole + "/weights.pt";
+  ASSERT_EQ(Shell(TrainLine(whole, kSmall + "--steps 3")).exit, 0);
+  const std::string program = TRAINER, of_it = " --checkpoint " + whole + "/final.pt ";
+  const Outcome exported = Shell(program + " export" + of_it + "--weights " + weights);
+  ASSERT_EQ(exported.exit, 0) << exported.err;
+  EXPECT_LT(3 * std::filesystem::file_size(weights),
+            std::filesystem::file_size(whole + "/final.pt"));
+  const StereoNetwork network;
+  const auto all = ReadCheckpoint(whole + "/final.pt", network);
+  const auto some = ReadCheckpoint(weights, network);
+  ASSERT_TRUE(all.ok() && some.ok()) << all.status() << some.status();
+  EXPECT_TRUE(torch::equal(all->state.average, some->state.average));
+  EXPECT_EQ(all->settings, some->settings);
+  EXPECT_TRUE(Predictor::Load(weights).ok());
+  const std::string next = FreshDir("next");
+  EXPECT_EQ(Shell(TrainLine(next, kSmall + "--steps 3 --start " + weights)).exit, 0);
+  const Outcome resumed = Shell(TrainLine(next, kSmall + "--steps 3 --resume " + weights));
+  EXPECT_EQ(resumed.exit, 1);
+  EXPECT_NE(resumed.err.find("has only weights"), std::string::npos) << resumed.err;
+  EXPECT_EQ(Shell(program + " export" + of_it).exit, 2) << "neither a module nor weights";
+  EXPECT_EQ(Shell(program + " export" + of_it + "--torchscript x").exit, 2) << "without a size";
 }
 
 TEST(Trainer, StopsOnSigtermWithACheckpoint) {

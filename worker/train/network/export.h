@@ -1,4 +1,4 @@
-// A checkpoint as a TorchScript module. No torch in this header.
+// Exports of a checkpoint: a TorchScript module, or its weights alone. No torch in this header.
 #pragma once
 
 #include <string>
@@ -13,5 +13,9 @@ namespace parallax {
 // kInvalidArgument for other sizes; as ReadCheckpoint and WriteFile.
 absl::Status ExportTorchScript(const std::string& checkpoint, const std::string& path, int height,
                                int width);
+
+// Writes a checkpoint with nothing but the weights that predict, a quarter of the bytes. A run can
+// start with it, but not resume from it. Errors: those of ReadCheckpoint and WriteCheckpoint.
+absl::Status ExportWeights(const std::string& checkpoint, const std::string& path);
 
 }  // namespace parallax

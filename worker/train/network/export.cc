@@ -1,4 +1,4 @@
-#include "worker/train/network/torchscript.h"
+#include "worker/train/network/export.h"
 
 #include <torch/csrc/jit/api/module.h>
 #include <torch/csrc/jit/frontend/tracer.h>
@@ -54,6 +54,14 @@ absl::Status ExportTorchScript(const std::string& path, const std::string& out, 
     return Internal("tracing: {}", text.substr(0, text.find('\n')));
   }
   return WriteFile(out, bytes.str());
+}
+
+absl::Status ExportWeights(const std::string& checkpoint, const std::string& path) {
+  const StereoNetwork network;
+  ASSIGN_OR_RETURN(Checkpoint exported, ReadCheckpoint(checkpoint, network));
+  OptimiserState& state = exported.state;
+  state.weights = state.mean = state.square = torch::empty({0});
+  return WriteCheckpoint(path, network, exported);
 }
 
 }  // namespace parallax

@@ -16,7 +16,7 @@ import tempfile
 PROTOS = ("rule", "biome", "room", "engine", "config", "jobs", "scene", "train", "study")
 # Headings of the page: title, message, path of its fields in a file.
 SECTIONS = (("Scenes", "SceneConfig", ""), ("Lands", "Biome", ""), ("Rooms", "RoomKind", ""), ("Engines", "Engine", ""), ("Streams", "StreamSpec", "stream"), ("Searches", "SearchSpec", "search"), ("Notices", "NotifySpec", "notify"), ("Training", "TrainSpec", "train"), ("Evaluating", "EvaluateSpec", "evaluate"))
-# The words of a study file that no message has as they are; the others have the comments of StudySpec and VariantSpec.
+# Fields of a study file that no message has in that form; the others have the comments of StudySpec and VariantSpec.
 OF_A_STUDY = {"study": "name", "rigs_per_scene": "", "seed": "", "priority": "", "tags": "", "memory_mb": ""}
 WORDS = {
     "extends": "Another study, built in or a file, that this file continues: its fields are the defaults of all fields here. "
@@ -24,14 +24,14 @@ WORDS = {
     "base": "A scene config, built in (`indoor`, `dense`, `nature`, `street`) or a file, onto which `set` is merged. "
             "Absent: every field at its default.",
     "set": "Fields of the scene config that differ from the base, for all variants.",
-    "variants": "The datasets of the study, which should differ in one thing.",
+    "variants": "The datasets of the study; they should differ in one thing.",
     "variants[].base": "As `base`, for this variant.",
     "variants[].set": "As `set`, for this variant; it overrides the study's.",
     "variants[].config": "In place of `base` and `set`: the whole scene config, as study.lock.yaml has it.",
-    "pairs": "Pairs of each variant; `endless`: they are made as trainings take them (`parallax stream`).",
+    "pairs": "Pairs of each variant; `endless`: pairs are rendered while trainings take them (`parallax stream`).",
     "stream": "How the pairs of an endless study are made and kept; fields below. Only with `pairs: endless`.",
-    "search": "Looks for the settings whose pairs train best (`parallax search`), in place of `variants`; fields below.",
-    "notify": "Who is told when the study ends, stalls or needs a person; fields below. Absent: nobody.",
+    "search": "Searches for the settings whose pairs train best (`parallax search`), in place of `variants`; fields below.",
+    "notify": "Receiver of a notice when the study ends, stalls or needs a person; fields below. Absent: none.",
     "train": "Trains networks on each variant; fields below. Absent: no training.",
     "evaluate": "Scores the networks; fields below. Absent: no evaluation.",
 }
@@ -111,7 +111,8 @@ class Schema:
 
 
 def one_line(text):
-    return " ".join(text.split())
+    """The comment without the headings ("---- In study files") that its file has between messages."""
+    return " ".join(" ".join(line for line in text.splitlines() if not line.strip().startswith("----")).split())
 
 
 def is_distribution(field):
@@ -141,7 +142,7 @@ def bounds(rule):
         high = f"{rule.max:g}" if rule.HasField("max") else "-"
         parts.append(f"{low} to {high}" + (f" {rule.unit}" if rule.unit else ""))
     if rule.allowed:
-        parts.append(", ".join(f"`{a}`" for a in rule.allowed))
+        parts.append(", ".join(f"`{a}`" if a else "empty" for a in rule.allowed))
     return "; ".join(parts)
 
 
@@ -212,7 +213,7 @@ def write_config_page(schema, out):
              "Made from the comments in `proto/parallax/v1`. A field that is absent takes its default; an unknown one "
              "is an error that names file, line and the nearest field.", "",
              "**Distribution**: " + DISTRIBUTION, "", "## Studies", "",
-             "A study file has these words. `parallax config check FILE` checks it.", ""]
+             "A study file has these fields. `parallax config check FILE` checks it.", ""]
     lines += table("| field | meaning |", [(f"`{word}`", text) for word, text in study_meanings(schema).items()])
     for title, message, path in SECTIONS:
         lines += [f"## {title}", ""] + ([ABOUT[title], ""] if title in ABOUT else [])

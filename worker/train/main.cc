@@ -18,8 +18,8 @@
 #include "common/base/version.h"
 #include "common/image/io.h"
 #include "common/image/picture_pair.h"
+#include "worker/train/network/checkpoint_export.h"
 #include "worker/train/network/exchange_network.h"
-#include "worker/train/network/export.h"
 #include "worker/train/trained_predictor.h"
 #include "worker/train/training.h"
 

@@ -16,7 +16,7 @@
 #include "common/base/system/file.h"
 #include "tests/worker/dataset/synthetic_archive.h"
 #include "worker/train/network/checkpoint.h"
-#include "worker/train/network/export.h"
+#include "worker/train/network/checkpoint_export.h"
 #include "worker/train/trained_predictor.h"
 
 namespace parallax {

@@ -1,4 +1,4 @@
-#include "worker/train/network/export.h"
+#include "worker/train/network/checkpoint_export.h"
 
 #include <torch/csrc/jit/api/module.h>
 #include <torch/csrc/jit/frontend/tracer.h>

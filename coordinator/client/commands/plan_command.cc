@@ -104,8 +104,9 @@ void PrintTraining(const v1::StudySpec& study, const TrainingPlan& plan, const T
     *out.stream << "Trainings: " << FormatCount(plan.trainings) << " ("
                 << Plural(plan.trainings / study.train().seeds(), "training set") << " x "
                 << Plural(study.train().seeds(), "seed") << "), "
-                << (plan.not_priced.empty() ? Hours(plan.train_core_s) + " core-hours"
-                                            : "not priced: nobody has measured " + plan.not_priced)
+                << (plan.not_priced.empty()
+                        ? Hours(plan.train_core_s) + " core-hours"
+                        : "cost unknown: " + plan.not_priced + " has not been measured")
                 << "\n";
   }
   if (plan.evaluations > 0) {
@@ -308,9 +309,9 @@ absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
 
 void RegisterPlan(Registry& registry) {
   CLI::App* command = registry.AddCommand(
-      registry.app, "plan", "Say what a study will take, and submit it if you like",
+      registry.app, "plan", "Estimate the cost of a study, and submit it if you like",
       "Variants, scenes, jobs, rooms that variants share, core-hours, time and disk. Asks before\n"
-      "it submits; --yes submits at once, and where nobody can answer nothing is submitted.\n"
+      "it submits; --yes submits at once. Without a terminal it submits nothing.\n"
       "\n"
       "Examples:\n"
       "  parallax plan table1\n"
@@ -322,13 +323,12 @@ void RegisterPlan(Registry& registry) {
   options->study.takes_endless = options->study.takes_search = true;
   AddStudyOptions(*command, options->study);
   command
-      ->add_option(
-          "--from", options->from,
-          "A dataset whose pairs and scores say what pairs cost here, and how scores spread")
+      ->add_option("--from", options->from,
+                   "Take costs and variances from the pairs and scores of this dataset")
       ->type_name("DIR");
   command
       ->add_option("--cores", options->cores,
-                   "Cores that will work, for the time it takes (default: this machine's)")
+                   "Number of cores for the estimate of the time (default: this machine's)")
       ->check(CLI::Range(1, 10'000'000));
   AddMachineOptions(*command, options->machine);
   command->add_flag("-y,--yes", options->yes, "Submit without asking");

@@ -116,7 +116,7 @@ void PrintSearchCosts(const v1::StudySpec& search, const SearchCosts& costs, con
                 << " of them";
   }
   if (!costs.not_priced.empty()) {
-    *out.stream << "; nobody has measured trainings of " << costs.not_priced;
+    *out.stream << "; without trainings, because " << costs.not_priced << " has not been measured";
   }
   if (costs.rungs_within < static_cast<int>(costs.rungs.size())) {
     *out.stream << "; core_hours: " << HoursText(spec.core_hours()) << " ends it after "

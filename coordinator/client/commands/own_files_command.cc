@@ -245,7 +245,7 @@ void RegisterOwnFiles(Registry& registry, CLI::App& config) {
           "  parallax config room workshop.yaml --out out/workshop --size-m 9 6 3.5\n"
           "  parallax config room office --out out/office --seed 7\n");
   room->add_option("--size-m", kind->size_m,
-                   "Width, depth and height (default: random, as of the built-in rooms)")
+                   "Width, depth and height (default: random, as in built-in rooms)")
       ->expected(3)
       ->check(CLI::Range(2.1, 12.0))
       ->type_name("METRES");

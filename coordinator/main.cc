@@ -37,8 +37,8 @@ constexpr char kServeFooter[] = R"(Examples:
   coordinator serve --db /var/lib/parallax/queue.db --store /srv/parallax \
       --listen 127.0.0.1:7070 --listen unix:/run/parallax/coordinator.sock --http 127.0.0.1:7080
 
-When it is ready it prints "listening on ADDRESS" for each address and "http on URL". SIGTERM stops it: workers go on
-with what they run and come back to the next start.
+When it is ready it prints "listening on ADDRESS" for each address and "http on URL". SIGTERM stops it: workers
+continue their jobs and connect again after the next start.
 )";
 
 constexpr char kInitFooter[] = R"(Examples:
@@ -62,7 +62,7 @@ struct CheckOptions {
   std::string db;
   std::string store;
   bool deep = false;    // Read the files and compare their hashes.
-  bool repair = false;  // Take damaged results back.
+  bool repair = false;  // Remove damaged results from studies.
   double mb_per_s = 0;  // Bound on reading; 0: none.
 };
 
@@ -107,8 +107,8 @@ void DeclareServeTimes(CLI::App& serve, ServeOptions& options) {
       ->check(CLI::Range(0.0, 86400.0));
   serve
       .add_option("--backoff-s", options.backoff_s,
-                  "Seconds that a failed job waits at least before it is tried again (default 5); "
-                  "from try to try up to four times as long, at most 600")
+                  "Least seconds before a failed job is tried again (default 5); each further try "
+                  "waits up to four times as long, at most 600")
       ->check(CLI::Range(0.01, 600.0));
   serve
       .add_option("--archive-days", options.archive_after_days,
@@ -126,8 +126,8 @@ void DeclareRetention(CLI::App& serve, ServeOptions& options) {
   serve
       .add_option("--keep-gb", options.keep_gb,
                   "Gigabytes (1e9 bytes) that the results of all studies may take: above, the "
-                  "studies that ended first are forgotten, never one that is not at its end "
-                  "(default 0: no bound)")
+                  "studies that ended first are forgotten, never an unfinished one (default 0: no "
+                  "bound)")
       ->check(CLI::Range(0.0, 1e9));
 }
 
@@ -150,17 +150,16 @@ void DeclareRules(CLI::App& serve, ServeOptions& options) {
       ->check(CLI::IsMember({"auto", "direct", "stream"}));
   serve.add_flag(
       "--adopt-store", options.adopt_store,
-      "Take what is at --store for the database's store, although it is another one than "
-      "before; once, after a disk was replaced");
+      "Accept another store than before at --store; use it once, after a disk was replaced");
   serve
       .add_option(
           "--scrub-mb-s", options.scrub_mb_s,
-          "Megabytes a second at which the files of results are read to find damage; what is "
-          "damaged is made again (default 8; 0: never)")
+          "Megabytes a second to read results in search of damage; damaged results are made "
+          "again (default 8; 0: never)")
       ->check(CLI::Range(0.0, 1e6));
   serve
       .add_option("--scrub-days", options.scrub_days,
-                  "Days from the begin of such a pass to that of the next one (default 7)")
+                  "Days between the starts of two such passes over all results (default 7)")
       ->check(CLI::Range(0.0, 36500.0));
   serve
       .add_option(
@@ -169,7 +168,7 @@ void DeclareRules(CLI::App& serve, ServeOptions& options) {
           "know are removed from the store (default 7; 0: never)")
       ->check(CLI::Range(0.0, 36500.0));
   serve.add_flag("--trust-workers", options.trust_workers,
-                 "Don't look for the files that a result names before it is published");
+                 "Publish results without checking that their files exist");
 }
 
 void DeclareNotices(CLI::App& serve, ServeOptions& options) {
@@ -311,8 +310,7 @@ ProgramError CheckDeeply(const CheckOptions& options) {
             << " results are damaged" << std::endl;
   if (options.repair) {
     std::cout << scrubber.figures().pairs_taken_back
-              << " pairs are taken back; they are made again when a coordinator serves"
-              << std::endl;
+              << " pairs are removed; they are made again when a coordinator serves" << std::endl;
     return {};
   }
   if (pass->damaged == 0) return {};
@@ -377,11 +375,10 @@ int Main(int argc, char** argv) {
   check->add_option("--store", line.check.store,
                     "Look for every published file in this store as well");
   check->add_flag("--deep", line.check.deep,
-                  "Read every file in the store and compare its hash; goes on where it was "
+                  "Read every file in the store and compare its hash; resumes where it was "
                   "interrupted");
   check->add_flag("--repair", line.check.repair,
-                  "Take damaged results back, so that they are made again: no study says any more "
-                  "that it has them");
+                  "Remove damaged results from all studies, so that jobs make them again");
   check
       ->add_option("--mb-per-s", line.check.mb_per_s,
                    "Megabytes a second that are read (default 0: as fast as possible)")

@@ -80,7 +80,7 @@ absl::StatusOr<std::vector<ContentFile>> ParseContentList(std::string_view text)
     }
     ASSIGN_OR_RETURN(ContentFile file, ParseContentLine(line, number));
     if (!names.insert(line.substr(line.size() - file.name.size())).second) {
-      return BadLine(number, file.name + " stands there twice");
+      return BadLine(number, file.name + " is listed twice");
     }
     files.push_back(std::move(file));
   }

@@ -26,7 +26,7 @@ constexpr char kDescription[] =
 constexpr char kExamples[] =
     "Examples:\n"
     "  parallax run quickstart --out out/quickstart   a small dataset, nothing to set up\n"
-    "  parallax view out/quickstart                   a picture of what is in it\n"
+    "  parallax view out/quickstart                   its contact sheet\n"
     "\n"
     "  coordinator serve --db farm.db --store store   a farm: one coordinator,\n"
     "  worker --role all --coordinator HOST:7070      any number of workers\n"

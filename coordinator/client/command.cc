@@ -40,12 +40,12 @@ absl::Status Session::Confirm(const std::string& what, bool yes) const {
   if (yes) return absl::OkStatus();
   std::istream* answers = environment.answers;
   if (answers != nullptr && err().interactive) {
-    *err().stream << what << "; go on? [y/N] " << std::flush;
+    *err().stream << what << "; continue? [y/N] " << std::flush;
     std::string answer;
     std::getline(*answers, answer);
     if (answer == "y" || answer == "Y" || answer == "yes") return absl::OkStatus();
   }
-  return FailedPrecondition("{}; --yes goes on nevertheless", what);
+  return FailedPrecondition("{}; --yes continues anyway", what);
 }
 
 CLI::App* Registry::AddCommand(CLI::App& parent, const std::string& name,

@@ -195,7 +195,7 @@ TEST_F(RunTest, CtrlCDrainsAndTheSameCommandGoesOn) {
   run->Signal(SIGINT);
   EXPECT_EQ(run->Wait(), 130) << run->Err();
   EXPECT_THAT(run->Err(), HasSubstr("\nstopped: "));
-  EXPECT_THAT(run->Err(), HasSubstr("of 12 pairs are done and kept; the same command again"));
+  EXPECT_THAT(run->Err(), HasSubstr("of 12 pairs are finished and kept; the same command resumes"));
   Run(out, {"--pairs", "6"});
   ExpectComplete(out, 6);
 }
@@ -260,7 +260,7 @@ TEST_F(RunTest, AFullDiskStopsTheRunWhichThenGoesOn) {
   EXPECT_EQ(run.Wait(), 0);
   EXPECT_THAT(run.Out(), HasSubstr("stopped with 4"));
   EXPECT_THAT(run.Out(), HasSubstr("ended with 0"));
-  EXPECT_THAT(run.Err(), HasSubstr("the same command again goes on from there"));
+  EXPECT_THAT(run.Err(), HasSubstr("the same command resumes"));
   EXPECT_THAT(run.Out(), HasSubstr("\"pairs_done\": 12"));
 }
 
@@ -322,7 +322,7 @@ TEST_F(RunTest, AJobTooBigForTheMemoryFailsAloneAndItsWorkerGoesOn) {
   EXPECT_THAT(run->Children(), ::testing::UnorderedElementsAreArray(daemons));
   run->Signal(SIGINT);
   run->Wait();
-  EXPECT_THAT(run->Err(), HasSubstr("2 of 4 pairs are done and kept"));
+  EXPECT_THAT(run->Err(), HasSubstr("2 of 4 pairs are finished and kept"));
 }
 
 }  // namespace

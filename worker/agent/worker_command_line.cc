@@ -27,8 +27,8 @@ constexpr char kFooter[] = R"(Examples:
          --allow-trainers raft-stereo --benchmarks /data/stereo
 
 Signals:
-  SIGUSR1             long drain: take nothing new, finish what runs within --long-grace
-  SIGTERM or SIGINT   drain: take nothing new, finish what runs within --grace, then hand it back
+  SIGUSR1             long drain: take nothing new, finish running jobs within --long-grace
+  SIGTERM or SIGINT   drain: take nothing new, finish running jobs within --grace, then hand back
   the second one      hand back at once
   the third one       end without a word
 
@@ -128,8 +128,9 @@ void DeclareFolders(CLI::App& app, WorkerCommandLine& line) {
                  "Folder for reports that are not acknowledged yet, on a local disk\n"
                  "(default: $XDG_STATE_HOME/parallax/outbox)");
   app.add_option("--picture-root", line.picture_root,
-                 "Folder of pictures that studies may use: their picture_dir is a path below it\n"
-                 "(default: $PARALLAX_PICTURE_ROOT; without it such studies fail here)")
+                 "Folder of own content (meshes, textures, skies, pictures, benchmarks) that\n"
+                 "studies may name by a path below it (default: $PARALLAX_PICTURE_ROOT; content\n"
+                 "that `submit` sends needs no folder)")
       ->envname("PARALLAX_PICTURE_ROOT")
       ->type_name("DIR")
       ->check(CLI::ExistingDirectory);
@@ -151,8 +152,8 @@ void DeclareFolders(CLI::App& app, WorkerCommandLine& line) {
       ->type_name("DIR")
       ->check(CLI::ExistingDirectory);
   app.add_option("--cores-dir", line.cores_dir,
-                 "Workers of a machine with the same folder don't train beside other work\n"
-                 "(default: one for this worker's own slots)")
+                 "Workers on one machine with the same folder share its cores: while one trains\n"
+                 "on them, the others wait (default: a folder for this worker's own slots)")
       ->type_name("DIR");
   app.add_option("--cache", line.cache_dir,
                  "Folder for pairs to train on, where the store is elsewhere\n"
@@ -174,8 +175,8 @@ void DeclareTimes(CLI::App& app, WorkerCommandLine& line) {
       ->check(CLI::Range(30.0, kLongestS));
   app.add_option(
          "--deadline", line.deadline_unix_s,
-         "Be gone by then, in seconds since 1970: drain --grace before, and take no job that\n"
-         "is likely to last longer (default: none)")
+         "End by this time (seconds since 1970): drain --grace seconds before, and take no\n"
+         "job that would probably last longer (default: none)")
       ->check(CLI::Range(1e9, 1e11));
   app.add_option("--hang-s", line.hang_s,
                  "Seconds without progress after which a job counts as hung: it is reported as\n"

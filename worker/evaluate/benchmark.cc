@@ -90,7 +90,7 @@ absl::StatusOr<Benchmark> OpenBenchmark(const std::string& what, const std::stri
   if (!kind->takes_path && dir.empty() && kind->name != kShippedBenchmark) {
     return InvalidArgument(
         "{}: the folder of benchmarks is not given; name the folder that has it by --benchmarks or "
-        "$PARALLAX_BENCHMARKS (`parallax evaluate --list` says what is looked for)",
+        "$PARALLAX_BENCHMARKS (`parallax evaluate --list` lists the expected files)",
         kind->name);
   }
   const std::string path = has_path ? rest.substr(kind_name.size() + 1) : dir;

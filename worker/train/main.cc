@@ -104,18 +104,18 @@ CLI::App* AddTrain(CLI::App& app, TrainOptions& o) {
                    "mixtures; may be repeated")
       ->required();
   command->add_option("--out", o.job.out_dir, "Folder for checkpoints and train.json")->required();
-  command->add_option("--seed", s.seed, "Of weights, order and augmentation")
+  command->add_option("--seed", s.seed, "Seed of weights, order and augmentation")
       ->capture_default_str();
   auto* steps = command->add_option("--steps", s.steps, "Steps to train")->capture_default_str();
   command
       ->add_option("--minutes", o.job.minutes,
-                   "Instead of --steps: as many as fit, by timing a few first")
+                   "Instead of --steps: as many steps as fit into this time, from timing a few")
       ->excludes(steps)
       ->check(CLI::Range(0.01, 1e6));
   command->add_option("--start", o.job.start,
                       "Begin with the weights of this checkpoint, of any run");
-  command->add_option("--resume", o.job.resume, "A checkpoint of the same run to go on from");
-  command->add_option("--threads", s.threads, "CPU threads; part of what decides the result")
+  command->add_option("--resume", o.job.resume, "Resume from this checkpoint of the same run");
+  command->add_option("--threads", s.threads, "CPU threads; another number changes the result")
       ->capture_default_str();
   command->add_option("--crop", o.crop, "HEIGHTxWIDTH of the crops, multiples of 32")
       ->capture_default_str();
@@ -134,19 +134,18 @@ CLI::App* AddTrain(CLI::App& app, TrainOptions& o) {
       ->add_option("--scale-high", s.augment.scale_high,
                    "Greatest enlargement of crops, as a power of 2")
       ->capture_default_str();
-  command->add_option("--checkpoint-every", o.job.checkpoint_every, "Steps")
+  command->add_option("--checkpoint-every", o.job.checkpoint_every, "Steps between checkpoints")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000));
   command
-      ->add_option("--checkpoint-s", o.job.checkpoint_s,
-                   "Also when the last one is so old; seconds")
+      ->add_option("--checkpoint-s", o.job.checkpoint_s, "Also write one after this many seconds")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 1e9));
-  command->add_option("--progress-every", o.job.progress_every, "Steps")
+  command->add_option("--progress-every", o.job.progress_every, "Steps between lines of progress")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000));
   command->add_option("--heldout", o.heldout, "Datasets to score at the end");
-  command->add_option("--heldout-pairs", o.job.heldout_pairs, "Pairs of each")
+  command->add_option("--heldout-pairs", o.job.heldout_pairs, "Pairs of each dataset to score")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000000));
   command->add_flag("--unfiltered", o.sources.unfiltered,
@@ -271,7 +270,7 @@ void AddConventions(CLI::App& predict, PredictArguments& a) {
       ->expected(3)
       ->delimiter(',')
       ->check(CLI::Range(1e-9, 1e9));
-  command.add_option("--channels", a.channels, "Their order")
+  command.add_option("--channels", a.channels, "Order of the channels")
       ->capture_default_str()
       ->check(CLI::IsMember({"rgb", "bgr"}));
   command.add_option("--pad-multiple", c.pad_multiple, "Pictures are padded to multiples of this")
@@ -281,12 +280,14 @@ void AddConventions(CLI::App& predict, PredictArguments& a) {
                      "HEIGHTxWIDTH that the network takes; pictures are scaled to it");
   command.add_option("--output", c.output, "Number of its output; negative: from the end")
       ->capture_default_str();
-  command.add_flag("--negate", c.negate, "It gives negative disparities");
+  command.add_flag("--negate", c.negate, "Its output is negative disparity");
 }
 
 CLI::App* AddPredict(CLI::App& app, PredictArguments& a) {
   CLI::App* command = app.add_subcommand("predict", "Disparities of stereo pairs as PFM files");
-  command->add_option("--checkpoint", a.checkpoint, "Of `trainer train`, or a network of --format")
+  command
+      ->add_option("--checkpoint", a.checkpoint,
+                   "Checkpoint of `trainer train`, or a network of --format")
       ->required();
   command
       ->add_option("--format", a.format,
@@ -301,11 +302,11 @@ CLI::App* AddPredict(CLI::App& app, PredictArguments& a) {
                         ->add_option("--max-disparity", a.options.max_disparity,
                                      "Pixels to search (default: as trained)")
                         ->check(CLI::Range(1.0, 1e5));
-  a.looks_option =
-      command
-          ->add_option("--looks", a.options.looks,
-                       "1: no second look at a small pair, enlarged; a fifth of the time")
-          ->check(CLI::Range(1, 2));
+  a.looks_option = command
+                       ->add_option("--looks", a.options.looks,
+                                    "2: predict small pairs a second time, enlarged (default); "
+                                    "1: once, in a fifth of the time")
+                       ->check(CLI::Range(1, 2));
   command->add_option("--threads", a.options.threads, "CPU threads")->check(CLI::Range(1, 1024));
   AddConventions(*command, a);
   return command;

@@ -266,7 +266,7 @@ class BiomeChecker {
   void CheckOrder(const v1::Quantity& low, const v1::Quantity& high, const std::string& path) {
     if (low.has_formula() || high.has_formula()) return;
     if (SupportIn(low).low <= SupportIn(high).high) return;
-    Tell(path, fmt::format("from {} to {} is upside down, allowed is the lower end first",
+    Tell(path, fmt::format("low {} is above high {}, allowed is the lower one first",
                            NumberText(SupportIn(low).low), NumberText(SupportIn(high).high)));
   }
 

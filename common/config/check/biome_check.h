@@ -9,7 +9,7 @@
 namespace parallax::config_internal {
 
 // Checks what CheckFields does not see: that what is needed is given and nothing else, that names
-// and formulas are known where they stand, and that ranges are not upside down. Appends its
+// and formulas are known where they stand, and that ranges are not reversed. Appends its
 // findings; `path` is that of the land.
 void CheckBiome(const v1::Biome& biome, const std::string& path, Findings* findings);
 

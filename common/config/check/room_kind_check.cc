@@ -103,8 +103,8 @@ class RoomChecker {
 
   void CheckCount(const v1::CountSpan& count, const std::string& path) {
     if (count.low() <= count.high()) return;
-    Tell(path, fmt::format("from {} to {} is upside down, allowed is the lower end first",
-                           count.low(), count.high()));
+    Tell(path, fmt::format("low {} is above high {}, allowed is the lower one first", count.low(),
+                           count.high()));
   }
 
   void CheckFurniture(const v1::RoomFurniture& row, const std::string& path) {

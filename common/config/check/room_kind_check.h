@@ -9,7 +9,7 @@
 namespace parallax::config_internal {
 
 // Checks what CheckFields does not see: that what is needed is given and nothing else, that groups
-// are known where they are named, and that ranges are not upside down. Appends its findings; `path`
+// are known where they are named, and that ranges are not reversed. Appends its findings; `path`
 // is that of the kind.
 void CheckRoomKind(const v1::RoomKind& kind, const std::string& path, Findings* findings);
 

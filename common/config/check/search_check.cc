@@ -278,7 +278,7 @@ class SearchChecker {
       const std::string& other = search_.space(i).path();
       if (!IsAtOrBelow(field.path(), other) && !IsAtOrBelow(other, field.path())) continue;
       Tell(place + ".path", other == field.path()
-                                ? "stands twice, allowed is once"
+                                ? "given twice, allowed once"
                                 : "overlaps " + other + ", allowed is one of them");
     }
     const bool is_range = field.has_low() || field.has_high();

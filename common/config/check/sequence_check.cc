@@ -66,14 +66,14 @@ class SequenceChecker {
     if (!HasPaths()) return;
     if (config_.type() == v1::SCENE_TYPE_NATURE) {
       Tell("rigs.path.paths",
-           "ways lead through rooms, allowed in scenes of type indoor; landscapes have "
+           "camera paths are for rooms, allowed in scenes of type indoor; landscapes have "
            "nature.walk.walks");
     } else if (config_.type() == v1::SCENE_TYPE_DENSE) {
-      Tell("rigs.path.paths", "ways lead through rooms, allowed in scenes of type indoor");
+      Tell("rigs.path.paths", "camera paths are for rooms, allowed in scenes of type indoor");
     }
     if (rigs_.path().paths() > rigs_.count()) {
       Tell("rigs.path.paths",
-           fmt::format("{} ways share {} frames (rigs.count), allowed is at most one for each",
+           fmt::format("{} paths share {} frames (rigs.count), allowed is at most one path a frame",
                        rigs_.path().paths(), rigs_.count()));
     }
   }

@@ -144,7 +144,7 @@ class TrainChecker {
     }
     if ((train.width_px() > 0) != (train.height_px() > 0)) {
       Tell(train.width_px() > 0 ? "train.width_px" : "train.height_px",
-           "one side of a crop alone, allowed are both or none");
+           "one side of a crop alone, allowed are both or neither");
     }
     if (train.trainer() == "builtin") {
       CheckCrop("train.width_px", train.width_px());
@@ -201,7 +201,7 @@ class TrainChecker {
     // A resolved study has the default everywhere.
     if (!mixture.mismatched() && mixture.mismatched_share() != 1) {
       Tell(path + ".mismatched_share",
-           fmt::format("{} is of no use without mismatched: true, allowed are both or none",
+           fmt::format("{} has no effect without mismatched: true, allowed are both or neither",
                        mixture.mismatched_share()));
     } else if (mixture.mismatched_share() <= 0) {
       Tell(path + ".mismatched_share", "0, allowed is more, or no mismatched");
@@ -320,7 +320,8 @@ class TrainChecker {
     if (name.empty()) return;
     Tell("evaluate.heldout_variant", WhyNotVariant(name));
     if (!WantsHeldout(study_)) {
-      Tell("evaluate.heldout_variant", "of no use without heldout_pairs, allowed are both or none");
+      Tell("evaluate.heldout_variant",
+           "no effect without heldout_pairs, allowed are both or neither");
     }
   }
 

@@ -71,7 +71,7 @@ std::vector<std::pair<std::string, YAML::Node>> YamlValues::Entries(const YAML::
     }
     const std::string name = entry.first.Scalar();
     if (!names.insert(name).second) {
-      Error(entry.first, Dotted(path, name), "stands twice, allowed is once");
+      Error(entry.first, Dotted(path, name), "given twice, allowed once");
     }
     if (entry.second.IsNull()) keys_[entry.second.Mark().pos] = entry.first.Mark();
     entries.emplace_back(name, entry.second);

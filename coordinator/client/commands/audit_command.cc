@@ -56,15 +56,14 @@ absl::StatusOr<ExitCode> Audit(const AuditOptions& options, Session& session) {
 
 void RegisterAudit(Registry& registry) {
   CLI::App* command = registry.AddCommand(
-      registry.app, "audit", "Who submitted, cancelled, paused... the newest first",
-      "The coordinator's table of it can only grow. With TLS it is the "
-      "operator's to read.\n"
+      registry.app, "audit", "Show who submitted, cancelled, paused..., newest first",
+      "Entries are never removed. With TLS only operators may read them.\n"
       "\n"
       "Examples:\n"
       "  parallax audit\n"
       "  parallax audit baseline --json\n");
   auto options = std::make_shared<AuditOptions>();
-  command->add_option("STUDY", options->study, "Id or name: only what was done to it");
+  command->add_option("STUDY", options->study, "Id or name: only entries of this study");
   command->add_option("-n,--limit", options->limit, "Number of entries (default 100)")
       ->check(CLI::Range(1, 10000));
   command->group(kCoordinatorCommands);

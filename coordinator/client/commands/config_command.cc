@@ -230,12 +230,11 @@ absl::StatusOr<ExitCode> Camera(const CameraOptions& options, Session& session) 
 void AddContentCommand(Registry& registry, CLI::App& parent, const ContentCommand& command) {
   CLI::App* app = registry.AddCommand(
       parent, command.name, command.description,
-      std::string("Opens every file and prints what was understood of it, or what is wrong with "
-                  "the first bad one.\nThe last line is the hash of the content, which is what ") +
+      std::string("Prints a line for each item, or the first mistake. The last line is the hash\n"
+                  "of the content: write it as ") +
           command.field +
-          "\nmust be for studies that are submitted where the folder can't be seen; otherwise "
-          "`run`\n"
-          "and `submit` find it themselves.\n");
+          " in\nstudies that are submitted where the folder can't be seen; otherwise `run` and "
+          "`submit`\nfind it themselves.\n");
   auto dirs = std::make_shared<std::vector<std::string>>();
   CLI::Option* option = app->add_option("DIR", *dirs, "The folder")->required();
   if (command.kind != ContentKind::kMeshes) option->expected(1);
@@ -278,17 +277,17 @@ void RegisterConfig(Registry& registry) {
   config->group(kLocalCommands);
   auto options = std::make_shared<ConfigOptions>();
   CLI::App* check = AddFileCommand(
-      registry, *config, "check",
-      "Say what is wrong with a file, with line numbers, or that it is ok",
+      registry, *config, "check", "Check a file: print its mistakes by line, or \"ok\"",
       "Examples:\n  parallax config check my.yaml\n  parallax config check quickstart\n", options);
   AddMachineOptions(*check, options->machine);
   AddFollowLinksOption(*check);
   registry.SetAction(check, [options](Session& session) { return Check(*options, session); });
-  CLI::App* show = AddFileCommand(
-      registry, *config, "show", "The file with its base merged in and every default written out",
-      "What it prints is itself a file that can be run.\n\n"
-      "Example:\n  parallax config show baseline > baseline-full.yaml\n",
-      options);
+  CLI::App* show =
+      AddFileCommand(registry, *config, "show",
+                     "Show a file with its base merged in and every default written out",
+                     "The output is itself a file that can be run.\n\n"
+                     "Example:\n  parallax config show baseline > baseline-full.yaml\n",
+                     options);
   registry.SetAction(show, [options](Session& session) { return Show(*options, session); });
   const ContentCommand contents[] = {
       {ContentKind::kPictures, "pictures", "Check a folder of pictures; its content hash",
@@ -303,18 +302,23 @@ void RegisterConfig(Registry& registry) {
   RegisterOwnFiles(registry, *config);
   auto camera_options = std::make_shared<CameraOptions>();
   CLI::App* camera = registry.AddCommand(
-      *config, "camera", "What a calibration file or a preset says, as a study's `rigs`",
+      *config, "camera", "Show a calibration file or a preset as `rigs` of a study",
       "Examples:\n  parallax config camera SN8452341.conf --part 2K\n"
       "  parallax config camera kitti\n");
   camera->add_option("SOURCE", camera_options->source, "A calibration file, or a preset")
       ->required();
-  camera->add_option("--part", camera_options->part, "ZED: 2K, FHD, HD, VGA; KITTI: 00 or 02");
-  camera->add_option("--unit-m", camera_options->unit_m, "Length of the file's unit, metres");
-  camera->add_option("--width", camera_options->width, "Of files that do not say it, pixels");
-  camera->add_option("--height", camera_options->height, "Of files that do not say it, pixels");
+  camera->add_option("--part", camera_options->part,
+                     "ZED: HD (default), 2K, FHD, VGA, FHD1200, SVGA; KITTI: 02 (default) or 00");
+  camera->add_option("--unit-m", camera_options->unit_m,
+                     "Length of the file's unit in metres (default: its format's)");
+  camera->add_option("--width", camera_options->width,
+                     "Width of the pictures in pixels, if the file does not have it");
+  camera->add_option("--height", camera_options->height,
+                     "Height of the pictures in pixels, if the file does not have it");
   registry.SetAction(
       camera, [camera_options](Session& session) { return Camera(*camera_options, session); });
-  CLI::App* list = registry.AddCommand(*config, "list", "Names of the built-in studies and scenes");
+  CLI::App* list =
+      registry.AddCommand(*config, "list", "List the names of the built-in studies and scenes");
   registry.AddJsonOption(list);
   registry.SetAction(list, ListConfigs);
 }

@@ -162,7 +162,7 @@ class Curation {
           task.variant, {.id = id, .predictor = network->second.predictor.get()}, options, log);
       ClearProgress();
       if (absl::IsCancelled(now.status())) {
-        return Cancelled("stopped; the same command goes on from here");
+        return Cancelled("stopped; the same command resumes");
       }
       RETURN_IF_ERROR(now.status());
       done_ += Frames(task);
@@ -253,10 +253,9 @@ void RegisterCurate(Registry& registry) {
       "networks. Scores go to VARIANT/curation.jsonl and to index.jsonl; a pair above\n"
       "filters.max_ambiguous_share gets the verdict `ambiguous` and then counts as filtered out, "
       "in\n"
-      "exports, readers and trainings. Nothing is rendered. What is scored stays: another\n"
-      "--max-share takes seconds, and an interrupted command goes on. --max-share holds until the\n"
-      "study is run, fetched or curated again without it; to keep it, write it into the study "
-      "file.\n"
+      "exports, readers and trainings. Nothing is rendered. Scores are kept: another --max-share\n"
+      "takes seconds, and an interrupted command resumes. --max-share holds until the study is\n"
+      "run, fetched or curated again without it; to keep it, write it into the study file.\n"
       "\n"
       "Examples:\n"
       "  parallax curate out/table1                     with the networks of its own trainings\n"

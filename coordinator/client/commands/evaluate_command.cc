@@ -260,16 +260,16 @@ void AddPredictorOptions(CLI::App* command, PredictorChoice& choice) {
 void RegisterEvaluate(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "evaluate", "Score predictions on benchmarks of real or generated pairs",
-      "PREDICTOR is `network` (comes with Parallax unless $PARALLAX_NETWORK names another), `sgbm`\n"
-      "(OpenCV's matcher, the classical baseline), a checkpoint of the built-in trainer, or a\n"
-      "folder of predictions <pair>.pfm, .png (16 bits, x256), .npy or .exr. With\n"
-      "--command any program predicts: {list} becomes a file of lines `left right output.pfm`.\n"
+      "PREDICTOR is `network` (comes with Parallax unless $PARALLAX_NETWORK names another),\n"
+      "`sgbm` (OpenCV's matcher, the classical baseline), a checkpoint of the built-in trainer,\n"
+      "or a folder of predictions <pair>.pfm, .png (16 bits, x256), .npy or .exr. With --command\n"
+      "any program predicts: {list} becomes a file of lines `left right output.pfm`.\n"
       "One score file a benchmark; `parallax table` makes tables of them. Pixels without a valid\n"
       "prediction count as wrong, a pair without a prediction is an error.\n"
       "\n"
       "Examples:\n"
-      "  parallax evaluate --list                        the benchmarks, and how their files lie\n"
-      "  parallax evaluate network --out scores          on the pair that setup.sh installs\n"
+      "  parallax evaluate --list                    list the benchmarks and their files\n"
+      "  parallax evaluate network --out scores      on the real pair that comes with Parallax\n"
       "  parallax evaluate default-1.pt --variant default --seed 1 --out scores \\\n"
       "      --benchmarks ~/stereo --on middlebury2014-H --on eth3d --on kitti2015\n"
       "  parallax evaluate --command 'python predict.py {list}' --variant mine --out scores \\\n"
@@ -295,9 +295,9 @@ void RegisterEvaluate(Registry& registry) {
   command->add_option("-o,--out", options->out, "The folder of score files")->type_name("DIR2");
   command
       ->add_option("--variant", options->variant,
-                   "What the network was trained on (default: the checkpoint's file or folder)")
+                   "Name of its training set (default: the checkpoint's file or folder)")
       ->type_name("NAME");
-  command->add_option("--trainer", options->trainer, "What it was trained with")->type_name("NAME");
+  command->add_option("--trainer", options->trainer, "Name of its trainer")->type_name("NAME");
   command->add_option(
       "--seed", options->seed,
       "Seed of its training (default: that of the checkpoint's train.json, else 0; none for "
@@ -308,8 +308,8 @@ void RegisterEvaluate(Registry& registry) {
       ->check(CLI::Range(1, 1000000));
   command
       ->add_option("--looks", options->predictor.looks,
-                   "How often a checkpoint's network looks at a small pair: 2, again, enlarged, or "
-                   "1, in a fifth of the time (default: 2)")
+                   "2: predict small pairs a second time, enlarged (default); 1: once, in a fifth "
+                   "of the time")
       ->check(CLI::Range(1, 2));
   command->add_flag(
       "--pictures", options->pictures,

@@ -188,10 +188,10 @@ void RegisterExport(Registry& registry) {
                     "Take the infrared pictures (render.maps: infrared) for the pair");
   command->add_flag("--flat", options->options.flat, "crestereo: no folder for each scene");
   command->add_flag("--allow-incomplete", options->options.allow_incomplete,
-                    "Export although pairs that were asked for are missing");
+                    "Export although pairs are missing");
   command
       ->add_option("--test-every", options->options.test_every,
-                   "Each so-many-th scene goes to TEST (default 20; one does in any case)")
+                   "Every Nth scene goes to TEST (default 20; always at least one)")
       ->check(CLI::Range(2, 1000000));
   command
       ->add_option("--shard-pairs", options->options.shard_pairs,
@@ -208,9 +208,8 @@ void RegisterVerify(Registry& registry) {
       "finite maps, occlusion by re-projection, indices against their tables, normals, masks,\n"
       "flow of sequences, and the filter verdicts. A folder of `parallax export` is compared with "
       "its SHA256SUMS.\n"
-      "Exit status 1 when something is wrong, one line each; pairs that are still to be made are "
-      "no\n"
-      "fault, and counted.\n"
+      "Exit status 1 when something is wrong, one line each; pairs that are still to be made are\n"
+      "counted and are no fault.\n"
       "\n"
       "Example:\n"
       "  parallax verify out/quickstart\n");
@@ -218,8 +217,8 @@ void RegisterVerify(Registry& registry) {
   auto options = std::make_shared<VerifyCommandOptions>();
   command->add_option("DIR", options->dir, "A dataset, one of its variants, or an export")
       ->required();
-  command->add_flag("--no-hashes", options->no_hashes, "Leave out the hashes");
-  command->add_flag("--no-geometry", options->no_geometry, "Leave out what is in the maps");
+  command->add_flag("--no-hashes", options->no_hashes, "Do not check the hashes");
+  command->add_flag("--no-geometry", options->no_geometry, "Do not check the maps");
   registry.AddJsonOption(command);
   registry.SetAction(command, [options](Session& session) { return Verify(*options, session); });
 }

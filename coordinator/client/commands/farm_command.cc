@@ -239,17 +239,21 @@ void AddFarmOptions(CLI::App* command, FarmOptions& options) {
       ->type_name("N")
       ->check(CLI::Range(1, 1024));
   command
-      ->add_option("--idle", options.idle_s, "A pilot ends after this without work (default 300)")
+      ->add_option("--idle", options.idle_s,
+                   "A pilot ends after this time without work (default 300)")
       ->type_name("SECONDS")
       ->check(CLI::Range(30, 86400));
-  command->add_option("--interval", options.interval_s, "Between two looks (default 30)")
+  command
+      ->add_option("--interval", options.interval_s,
+                   "Time between two checks of the queue (default 30)")
       ->type_name("SECONDS")
       ->check(CLI::Range(1.0, 3600.0));
   command->add_option("--worker-tls", options.worker_tls, "Folder with the workers' certificate")
       ->type_name("DIR");
   command
       ->add_option("--name", options.job_name,
-                   "Name of the jobs, by which they are found again (default parallax)")
+                   "Name of the pilots' jobs; a restarted command finds its pilots by it\n"
+                   "(default parallax)")
       ->type_name("NAME");
   command
       ->add_option("--sbatch,--submit", options.submit,
@@ -274,12 +278,13 @@ void AddFarmOptions(CLI::App* command, FarmOptions& options) {
       ->add_option("--log", options.resources["log"],
                    std::string("File of a pilot's output") + kDefault)
       ->type_name("FILE");
-  command->add_flag("--dry-run", options.dry_run, "Look once, say what would be done, do nothing");
+  command->add_flag("--dry-run", options.dry_run,
+                    "Check the queue once and print the decision without acting");
   command->add_flag("--until-done", options.until_done,
                     "End when there was work and neither work nor pilots are left");
   command
       ->add_option("--at-end", options.at_end,
-                   "What Ctrl-C does to pilots: leave (they end when idle) or cancel")
+                   "On Ctrl-C leave the pilots (they end when idle) or cancel them")
       ->type_name("WHAT")
       ->check(CLI::IsMember({"leave", "cancel"}));
   command->add_option("WORKER_ARGUMENTS", options.worker_arguments,
@@ -291,10 +296,11 @@ void AddFarmOptions(CLI::App* command, FarmOptions& options) {
 void RegisterFarm(Registry& registry) {
   auto options = std::make_shared<FarmOptions>();
   CLI::App* farm = registry.AddCommand(
-      registry.app, "farm", "Keep workers of a batch system in step with the work",
+      registry.app, "farm",
+      "Start and cancel workers in a batch system as the queue grows and shrinks",
       "Pilots (jobs of the batch system that run a worker) are submitted while jobs wait, also in\n"
-      "place of those that were killed; those that still wait are cancelled when there is less to\n"
-      "do; those that run end by themselves when they are idle. Ctrl-C ends the keeper.\n"
+      "place of killed ones. Pending pilots are cancelled when less work waits; running ones end\n"
+      "by themselves when they are idle. Ctrl-C ends the command.\n"
       "\n"
       "Examples:\n"
       "  parallax farm slurm --max 40 --script deploy/slurm/workers.sbatch --dry-run\n"

@@ -141,7 +141,7 @@ absl::StatusOr<ExitCode> Logs(const LogsOptions& options, Session& session) {
     return kExitOk;
   }
   *session.out().stream << JobName(reply.job()) << " is " << LowerName(reply.job().state()) << "; "
-                        << (reply.attempts().empty() ? "nobody has tried it"
+                        << (reply.attempts().empty() ? "no attempt yet"
                                                      : Plural(reply.attempts_size(), "attempt"))
                         << "\n";
   // The newest attempt comes last, as in a log.
@@ -156,13 +156,12 @@ absl::StatusOr<ExitCode> Logs(const LogsOptions& options, Session& session) {
 
 void RegisterLogs(Registry& registry) {
   CLI::App* command = registry.AddCommand(
-      registry.app, "logs", "How a job's attempts ended, with the last lines of those that failed",
-      "`parallax jobs STUDY` lists the numbers of jobs. Of each failed attempt the last 200 lines\n"
+      registry.app, "logs",
+      "Show how a job's attempts ended, with the last log lines of failed ones",
+      "`parallax jobs STUDY` lists the numbers of jobs. The last 200 lines of each failed attempt\n"
       "are kept (at most 16 kB; the newest 1,000 logs of a coordinator); a worker that was killed\n"
-      "has sent none. Of a running attempt the last lines are shown, at most 2 kB; --follow "
-      "prints\n"
-      "new ones as they come, until it ends: exit status 0 if it has succeeded, else 1. With "
-      "--json\n"
+      "has sent none. A running attempt shows its last lines, at most 2 kB; --follow prints new\n"
+      "lines as they come, until it ends: exit status 0 if it has succeeded, else 1. With --json\n"
       "each line is an object, and the last one is the attempt.\n"
       "\n"
       "Examples:\n"

@@ -217,8 +217,7 @@ void RegisterOwnFiles(Registry& registry, CLI::App& config) {
   const auto add = [&](const char* name, const char* what, const char* examples) {
     auto options = std::make_shared<FileOptions>();
     CLI::App* command = registry.AddCommand(
-        config, name,
-        std::string("What ") + what + "'s file says, or what is wrong with it, by line",
+        config, name, std::string("Show the file of ") + what + ", or its mistakes by line",
         std::string("With --out also a scene of it: described, and three small views in the "
                     "folder.\n\nExamples:\n") +
             examples);
@@ -236,7 +235,7 @@ void RegisterOwnFiles(Registry& registry, CLI::App& config) {
           "  parallax config biome my_heath.yaml\n"
           "  parallax config biome my_heath.yaml --out out/heath\n"
           "  parallax config biome forest --out out/forest --season winter\n");
-  biome->add_option("--season", land->season, "Instead of any")
+  biome->add_option("--season", land->season, "Season of the scene (default: a random one)")
       ->check(CLI::IsMember({"spring", "summer", "autumn", "winter"}));
   registry.SetAction(biome,
                      [options = land](Session& session) { return ShowBiome(*options, session); });
@@ -245,7 +244,8 @@ void RegisterOwnFiles(Registry& registry, CLI::App& config) {
           "  parallax config room workshop.yaml\n"
           "  parallax config room workshop.yaml --out out/workshop --size-m 9 6 3.5\n"
           "  parallax config room office --out out/office --seed 7\n");
-  room->add_option("--size-m", kind->size_m, "Width, depth and height, instead of a study's own")
+  room->add_option("--size-m", kind->size_m,
+                   "Width, depth and height (default: random, as in built-in rooms)")
       ->expected(3)
       ->check(CLI::Range(2.1, 12.0))
       ->type_name("METRES");

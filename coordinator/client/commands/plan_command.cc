@@ -18,7 +18,6 @@
 #include "coordinator/client/search/search_costs.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
-#include "coordinator/search/rung_study.h"
 #include "coordinator/stream/stream_order.h"
 #include "coordinator/study/expansion.h"
 
@@ -62,6 +61,15 @@ Power PowerOfStudy(const v1::StudySpec& study, const BenchmarkSizes& own,
   return {PowerOf(study, own, spreads), PowerOf(study, own, spreads, more_seeds), more_seeds};
 }
 
+Json PowerJson(const BenchmarkPower& power, int seeds) {
+  return {{"benchmark", power.benchmark},
+          {"pairs", power.pairs},
+          {"seeds", seeds},
+          {"metric", "bad-2"},
+          {"least_difference", power.least_difference},
+          {"measured_here", power.measured_here}};
+}
+
 Json PlanJson(const v1::StudySpec& study, const StudyPlan& plan, const Power& power, int cores) {
   Json json = {{"name", study.name()}, {"variants", Json::array()}};
   for (const PlanRow& row : plan.rows) json["variants"].push_back(RowJson(row));
@@ -83,12 +91,7 @@ Json PlanJson(const v1::StudySpec& study, const StudyPlan& plan, const Power& po
                        3600;
   json["power"] = Json::array();
   for (const BenchmarkPower& one : power.planned) {
-    json["power"].push_back({{"benchmark", one.benchmark},
-                             {"pairs", one.pairs},
-                             {"seeds", study.train().seeds()},
-                             {"metric", "bad-2"},
-                             {"least_difference", one.least_difference},
-                             {"measured_here", one.measured_here}});
+    json["power"].push_back(PowerJson(one, study.train().seeds()));
   }
   json["cores"] = cores;
   json["wall_clock_s"] = WallClockS(plan, cores);
@@ -104,8 +107,9 @@ void PrintTraining(const v1::StudySpec& study, const TrainingPlan& plan, const T
     *out.stream << "Trainings: " << FormatCount(plan.trainings) << " ("
                 << Plural(plan.trainings / study.train().seeds(), "training set") << " x "
                 << Plural(study.train().seeds(), "seed") << "), "
-                << (plan.not_priced.empty() ? Hours(plan.train_core_s) + " core-hours"
-                                            : "not priced: nobody has measured " + plan.not_priced)
+                << (plan.not_priced.empty()
+                        ? Hours(plan.train_core_s) + " core-hours"
+                        : "cost unknown: " + plan.not_priced + " has not been measured")
                 << "\n";
   }
   if (plan.evaluations > 0) {
@@ -115,9 +119,8 @@ void PrintTraining(const v1::StudySpec& study, const TrainingPlan& plan, const T
 }
 
 // The spread of logs, by which verdicts may be, has not been measured.
-void PrintDecides(const v1::StudySpec& study, const std::vector<BenchmarkPower>& power,
-                  const Terminal& out) {
-  if (study.evaluate().decides() != "log" || power.empty()) return;
+void PrintDecides(const v1::StudySpec& study, const Terminal& out) {
+  if (study.evaluate().decides() != "log") return;
   *out.stream << "Verdicts are by log; these differences are those that bad-2 would tell\n";
 }
 
@@ -141,7 +144,7 @@ void PrintPower(const v1::StudySpec& study, const StudyPlan& plan, const Power& 
     *out.stream << fmt::format("{:.1f} with {} ({})\n", more.least_difference, power.more_seeds,
                                hours(power.more_seeds));
   }
-  PrintDecides(study, power.more, out);
+  if (!power.more.empty()) PrintDecides(study, out);
 }
 
 void PrintPlan(const v1::StudySpec& study, const StudyPlan& plan, const Power& power, int cores,
@@ -207,35 +210,60 @@ void PrintStream(const v1::StudySpec& stream, const StudyPlan& chunk, const Sess
                         << ", and files stay six minutes longer; `parallax stream` begins it\n";
 }
 
-// Prices the rungs of a search, and says which differences its last one can show.
+Json SearchPowersJson(const std::vector<SearchPower>& powers) {
+  Json json = Json::array();
+  for (const SearchPower& one : powers) {
+    for (const BenchmarkPower& power : one.benchmarks) {
+      json.push_back(PowerJson(power, one.seeds));
+      json.back()["part"] = one.part;
+    }
+  }
+  return json;
+}
+
+void PrintSearchPowers(const v1::StudySpec& study, const std::vector<SearchPower>& powers,
+                       const Terminal& out) {
+  bool any = false;
+  for (const SearchPower& one : powers) {
+    if (one.seeds < 2) {
+      *out.stream << "Significant in " << one.part << ": no difference with one seed\n";
+    }
+    for (const BenchmarkPower& power : one.benchmarks) {
+      any = true;
+      *out.stream << fmt::format(
+          "Significant on {} ({}, 80 of 100 times) in {}: differences of bad-2 from {:.1f} points "
+          "with {}\n",
+          power.benchmark, Plural(power.pairs, "pair"), one.part, power.least_difference,
+          Plural(one.seeds, "seed"));
+    }
+  }
+  if (any) PrintDecides(study, out);
+}
+
+// Prices the rungs of a search, and says which differences its last rung and its confirmation can
+// show.
 absl::StatusOr<ExitCode> PlanSearch(const v1::StudySpec& study, const PlanOptions& options,
                                     double factor,
                                     const std::map<std::string, DifferenceSpread>& spreads,
                                     Session& session) {
   ASSIGN_OR_RETURN(const BenchmarkSizes own, SizesOfOwnBenchmarks(study));
   ASSIGN_OR_RETURN(const SearchCosts costs, CostsOfSearch(study, factor, own));
+  ASSIGN_OR_RETURN(const std::vector<SearchPower> powers,
+                   PowersOfSearch(study, costs, own, spreads));
   const std::vector<std::string> missing =
       WhatIsMissing(study, options.study.study, options.machine);
   if (session.options.json) {
     session.PrintJson({{"name", study.name()},
                        {"search", SearchCostsJson(costs)},
                        {"core_hours", costs.total.core_hours()},
+                       {"power", SearchPowersJson(powers)},
                        {"cores", options.cores},
                        {"costs", {{"factor", factor}}},
                        {"missing", missing}});
     return kExitOk;
   }
   PrintSearchCosts(study, costs, session.out());
-  const std::vector<BenchmarkPower> powers =
-      PowerOf(study, own, spreads, SeedsOfRung(study, SearchOf(study).rungs_size() - 1));
-  for (const BenchmarkPower& power : powers) {
-    *session.out().stream << fmt::format(
-        "Significant on {} ({}, 80 of 100 times) in the last rung: differences of bad-2 from "
-        "{:.1f} "
-        "points\n",
-        power.benchmark, Plural(power.pairs, "pair"), power.least_difference);
-  }
-  PrintDecides(study, powers, session.out());
+  PrintSearchPowers(study, powers, session.out());
   *session.out().stream << "Time: " << FormatAbout(3600 * costs.total.core_hours() / options.cores)
                         << " or more on " << Plural(options.cores, "core") << "\n"
                         << "`parallax search " << options.study.study << "` begins it\n"
@@ -308,9 +336,9 @@ absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
 
 void RegisterPlan(Registry& registry) {
   CLI::App* command = registry.AddCommand(
-      registry.app, "plan", "Say what a study will take, and submit it if you like",
+      registry.app, "plan", "Estimate the cost of a study, and submit it if you like",
       "Variants, scenes, jobs, rooms that variants share, core-hours, time and disk. Asks before\n"
-      "it submits; --yes submits at once, and where nobody can answer nothing is submitted.\n"
+      "it submits; --yes submits at once. Without a terminal it submits nothing.\n"
       "\n"
       "Examples:\n"
       "  parallax plan table1\n"
@@ -322,13 +350,12 @@ void RegisterPlan(Registry& registry) {
   options->study.takes_endless = options->study.takes_search = true;
   AddStudyOptions(*command, options->study);
   command
-      ->add_option(
-          "--from", options->from,
-          "A dataset whose pairs and scores say what pairs cost here, and how scores spread")
+      ->add_option("--from", options->from,
+                   "Take costs and variances from the pairs and scores of this dataset")
       ->type_name("DIR");
   command
       ->add_option("--cores", options->cores,
-                   "Cores that will work, for the time it takes (default: this machine's)")
+                   "Number of cores for the estimate of the time (default: this machine's)")
       ->check(CLI::Range(1, 10'000'000));
   AddMachineOptions(*command, options->machine);
   command->add_flag("-y,--yes", options->yes, "Submit without asking");

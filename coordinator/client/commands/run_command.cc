@@ -110,7 +110,7 @@ absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
     if (store_lock) session.PrintNote("pairs are shared by " + run_options.store_dir);
     for (const std::string& text : run->set_aside()) session.PrintNote(text);
     if (!run->page_link().empty()) {
-      *session.err().stream << "page: " << run->page_link() << " (opens once)\n" << std::flush;
+      *session.err().stream << "page: " << run->page_link() << " (works once)\n" << std::flush;
     }
     ASSIGN_OR_RETURN(report, run->Work());
     report.set_aside = run->set_aside();
@@ -128,7 +128,7 @@ absl::StatusOr<ExitCode> Run(const RunOptions& options, Session& session) {
     *session.err().stream << line << "\n";
   }
   session.PrintError("the study " + StateName(report.study.state()) + "; worker logs are in " +
-                     out->work_dir() + "/logs, the same command again tries what failed once more");
+                     out->work_dir() + "/logs, the same command tries failed jobs again");
   return kExitFailed;
 }
 
@@ -139,13 +139,12 @@ void RegisterRun(Registry& registry) {
       registry.app, "run", "Make a dataset on this machine, with nothing to set up",
       "A coordinator runs inside this command and workers beside it; nothing listens on a port\n"
       "unless --page is given.\n"
-      "Pairs appear in DIR as they are finished. Ctrl-C stops after what is being rendered; the "
-      "same\n"
-      "command again goes on. The study may grow or change: more pairs, variants, seeds, mixtures\n"
-      "and benchmarks add what is missing, other settings of a variant render that variant anew,\n"
-      "and what is there is never made again. What the study no longer asks for is kept in\n"
-      "DIR/.parallax/aside. A study that trains networks ends with its table: DIR/training,\n"
-      "DIR/scores, DIR/table.txt. What is needed to go on, and worker logs, are in DIR/.parallax.\n"
+      "Pairs appear in DIR as they are finished. Ctrl-C stops after the pairs that are being\n"
+      "rendered; the same command resumes. The study may grow or change: the command adds missing\n"
+      "pairs, variants, seeds, mixtures and benchmarks, renders variants with new settings again,\n"
+      "and makes nothing twice. Data that the study no longer uses goes to DIR/.parallax/aside.\n"
+      "A study that trains networks ends with its table: DIR/training, DIR/scores, DIR/table.txt.\n"
+      "DIR/.parallax has the worker logs and what a resumed run needs.\n"
       "\n"
       "Examples:\n"
       "  parallax run quickstart --out out/quickstart\n"
@@ -170,12 +169,13 @@ void RegisterRun(Registry& registry) {
       ->check(CLI::Range(1, 256));
   AddMachineOptions(*command, options->machine);
   command->add_flag("--page", options->page,
-                    "Show the run in the browser while it goes on; prints a link that opens once");
+                    "Serve the web page during the run; prints a link that works once");
   command
       ->add_option("--page-listen", options->page_listen,
                    "Address of the page (default 127.0.0.1 and any free port)")
       ->type_name("HOST:PORT");
-  command->add_flag("-y,--yes", options->yes, "Ask nothing: foreign files in DIR, a small disk");
+  command->add_flag("-y,--yes", options->yes,
+                    "Do not ask about foreign files in DIR or little disk space");
   registry.AddJsonOption(command);
   registry.SetAction(command, [options](Session& session) { return Run(*options, session); });
 }

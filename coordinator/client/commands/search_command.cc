@@ -128,7 +128,7 @@ absl::StatusOr<bool> WatchSearch(Connection& connection, Session& session,
     }
     if (interrupts.WaitFor(std::chrono::duration<double>(environment.poll_s))) {
       display.Keep();
-      session.PrintNote("the search goes on; `parallax search " + search.name() +
+      session.PrintNote("the search continues; `parallax search " + search.name() +
                         " --watch` follows it again");
       return false;
     }
@@ -209,17 +209,15 @@ absl::StatusOr<ExitCode> Search(const SearchOptions& options, Session& session) 
 void RegisterSearch(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "search", "Look for the settings whose pairs train best",
-      "A study with `search:` says which fields may have which values, and on which benchmarks "
-      "the\n"
-      "error shall be small. Its trials are trained on rungs of more and more pairs; those that "
-      "are\n"
-      "significantly worse don't go on. The best is compared with the study's own settings once\n"
-      "more, on pairs and benchmarks that the search has not seen. Without STUDY: lists searches.\n"
-      "`parallax plan FILE` says what a search will take.\n"
+      "A study with `search:` names the fields that may vary, their values, and the benchmarks\n"
+      "whose error it minimises. Trials train on rungs of more and more pairs; significantly\n"
+      "worse ones stop. The best is compared with the study's own settings once more, on pairs\n"
+      "and benchmarks that the search has not seen. Without STUDY: lists searches.\n"
+      "`parallax plan FILE` estimates the cost of a search.\n"
       "\n"
       "Examples:\n"
       "  parallax search camera.yaml --watch\n"
-      "  parallax search camera                     how far it is\n"
+      "  parallax search camera                     its state and trials\n"
       "  parallax search camera --best best.yaml && parallax run best.yaml --out out/best\n"
       "  parallax search camera --picture camera.svg\n");
   auto options = std::make_shared<SearchOptions>();
@@ -233,9 +231,9 @@ void RegisterSearch(Registry& registry) {
                    "Draw errors by trial and by core-hours, and the trials' values (.svg)")
       ->type_name("FILE");
   CLI::Option* stop = command->add_flag("--stop", options->stop,
-                                        "End it: what runs is cancelled; its file begins it again");
-  CLI::Option* forget =
-      command->add_flag("--forget", options->forget, "End it and remove all that it has made");
+                                        "Stop the search: cancel its jobs; its file resumes it");
+  CLI::Option* forget = command->add_flag(
+      "--forget", options->forget, "Stop the search and remove its trials, pairs and networks");
   command->add_flag("-y,--yes", options->yes, "With --forget: without asking");
   for (CLI::Option* end : {stop, forget}) {
     for (const char* other : {"--watch", "--best", "--picture"}) {

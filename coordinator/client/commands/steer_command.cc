@@ -153,8 +153,9 @@ void RegisterSteer(Registry& registry) {
     const char* description;
     Order order;
   } orders[] = {
-      {"pause", "Lease no more jobs of a study; what runs is finished", &Connection::Pause},
-      {"resume", "Go on with a paused study", &Connection::Resume},
+      {"pause", "Pause a study: start no more of its jobs; running jobs finish",
+       &Connection::Pause},
+      {"resume", "Resume a paused study", &Connection::Resume},
       {"cancel", "End a study for good; finished pairs are kept", &Connection::Cancel},
   };
   for (const auto& entry : orders) {
@@ -165,14 +166,14 @@ void RegisterSteer(Registry& registry) {
     });
   }
   auto options = std::make_shared<SteerOptions>();
-  CLI::App* command = Add(
-      registry, options, "retry", "Try a study's failed and quarantined jobs again",
-      "A job that is tried again has no attempts behind it. One that waits for its next attempt\n"
-      "(`--job`) gets it now.\n"
-      "\n"
-      "Examples:\n"
-      "  parallax retry baseline\n"
-      "  parallax retry baseline --job 4711 --reason 'new driver'\n");
+  CLI::App* command =
+      Add(registry, options, "retry", "Try a study's failed and quarantined jobs again",
+          "Retrying resets the attempts of a job. With --job, a job that waits for its next\n"
+          "attempt is ready at once.\n"
+          "\n"
+          "Examples:\n"
+          "  parallax retry baseline\n"
+          "  parallax retry baseline --job 4711 --reason 'new driver'\n");
   command->add_option("--job", options->job, "Try only this job again (`parallax jobs STUDY`)")
       ->check(CLI::Range(int64_t{1}, INT64_MAX))
       ->type_name("ID");
@@ -180,12 +181,10 @@ void RegisterSteer(Registry& registry) {
 
   auto priority = std::make_shared<SteerOptions>();
   command =
-      Add(registry, priority, "priority", "Set which study's jobs run first",
-          "Jobs of studies with a higher priority run first, from now on; what runs goes on. "
-          "Submitters\n"
-          "give their own studies up to 100, operators up to 1000. A user's own priority (the "
-          "operator's\n"
-          "`limits` file) is added.\n"
+      Add(registry, priority, "priority", "Set which study's jobs start first",
+          "Jobs of studies with a higher priority start first; running jobs continue. Submitters\n"
+          "give their own studies up to 100, operators up to 1000. A user's own priority (the\n"
+          "operator's `limits` file) is added.\n"
           "\n"
           "Examples:\n"
           "  parallax priority baseline 10 --reason deadline\n"
@@ -198,7 +197,7 @@ void RegisterSteer(Registry& registry) {
 
   auto comment = std::make_shared<SteerOptions>();
   command =
-      Add(registry, comment, "comment", "Keep a text with a study, for all who see it",
+      Add(registry, comment, "comment", "Add a comment to a study",
           "`parallax status STUDY` and the page show the newest 20, with who wrote them and when; "
           "the\n"
           "audit has all.\n"

@@ -197,18 +197,19 @@ void RegisterStream(Registry& registry) {
                       "A file, a built-in study's name, or the name of a stream");
   command->add_flag("--tar", options->tar,
                     "Write pairs to standard output as one endless tar file (WebDataset)");
-  command->add_option("--consumer", options->consumer, "With --tar: who reads; it goes on there")
+  command
+      ->add_option("--consumer", options->consumer,
+                   "With --tar: name of the reader; a reader of this name resumes at its position")
       ->type_name("NAME")
       ->capture_default_str();
   command->add_option("--rank", options->rank, "With --tar: this reader's part, from 0")
       ->check(CLI::Range(0, 65535));
   command->add_option("--ranks", options->ranks, "With --tar: readers that split the stream")
       ->check(CLI::Range(1, 65536));
-  command->add_option("--most", options->most, "With --tar: end after so many pairs (0: never)")
+  command->add_option("--most", options->most, "With --tar: end after N pairs (0: never)")
       ->check(CLI::Range(int64_t{0}, int64_t{1'000'000'000'000}));
-  CLI::Option* close =
-      command->add_flag("--close", options->close,
-                        "End the stream: what is being made is cancelled, and its pairs go");
+  CLI::Option* close = command->add_flag("--close", options->close,
+                                         "Close the stream: cancel its jobs and remove its pairs");
   close->excludes(command->get_option("--tar"));
   command->group(kCoordinatorCommands);
   registry.AddConnectionOptions(command);

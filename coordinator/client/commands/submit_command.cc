@@ -80,7 +80,7 @@ void RegisterSubmit(Registry& registry) {
   CLI::App* command = registry.AddCommand(
       registry.app, "submit", "Give a study to a coordinator; prints its id",
       "The same study again is not made twice: its id is printed and a note says so. Results are\n"
-      "found by content, so a larger --pairs later renders only what is missing. Folders of your\n"
+      "found by content, so a larger --pairs later renders only missing pairs. Folders of your\n"
       "own meshes, textures, surroundings and pictures go into the coordinator's store first.\n"
       "\n"
       "Examples:\n"
@@ -91,14 +91,15 @@ void RegisterSubmit(Registry& registry) {
   command->add_option("--name", options->study.name, "Another name for the study")
       ->type_name("NAME");
   command->add_option("--priority", options->study.priority,
-                      "Higher goes first (default: the study's own)");
+                      "Priority of its jobs; higher ones start first (default: the study's)");
   command
       ->add_option("--max-running", options->max_running,
                    "Limit of its running jobs; `parallax limits` changes it later\n"
                    "(default 0: as many as there are workers)")
       ->check(CLI::Range(0, kMostRunning))
       ->type_name("N");
-  command->add_flag("--again", options->again, "Submit although the same study is there already");
+  command->add_flag("--again", options->again,
+                    "Submit although the same study was submitted before");
   command->add_flag("--no-content", options->no_content,
                     "Send no own content: each worker has its copy below its --picture-root");
   command->group(kCoordinatorCommands);

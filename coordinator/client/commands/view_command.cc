@@ -71,7 +71,7 @@ absl::StatusOr<ExitCode> ViewPage(const ViewOptions& options, Session& session) 
   InterruptScope interrupts;
   ASSIGN_OR_RETURN(const auto coordinator, EmbeddedCoordinator::StartToView(work_dir));
   ASSIGN_OR_RETURN(const std::string link, coordinator->ServePage(options.page_listen));
-  PrintPage(link, "opens once, and only shows; Ctrl-C ends it", session);
+  PrintPage(link, "works once, and the page is read-only; Ctrl-C ends it", session);
   while (!interrupts.WaitFor(std::chrono::hours(1))) {
   }
   return kExitOk;

@@ -41,8 +41,8 @@ absl::StatusOr<ExitCode> Watch(const std::string& id_or_name, Session& session) 
     if (finished) break;
     if (interrupts.WaitFor(std::chrono::duration<double>(environment.poll_s))) {
       display.Keep();
-      session.PrintNote(
-          fmt::format("the study goes on; `parallax watch {}` follows it again", found.study_id()));
+      session.PrintNote(fmt::format("the study continues; `parallax watch {}` follows it again",
+                                    found.study_id()));
       return kExitInterrupted;
     }
   }

@@ -101,13 +101,13 @@ std::string WhyNotStart(const v1::TrainSpec& train, const MachineOptions& option
   return std::string(ToStd(FindNetwork().status().message()));
 }
 
-// Returns why the trainer can't be told the study's number of looks; "" if it can.
+// Returns why the trainer can't take the study's number of looks; "" if it can.
 std::string WhyNotLooks(const v1::StudySpec& study, const MachineOptions& options) {
   const std::string& trainer = study.train().trainer();
   const auto installed = InstalledTrainers::Load({trainer}, options.trainers_dir);
   if (study.evaluate().looks() != 1 || !installed.ok()) return "";
   if (!installed->Find(trainer)->contract.looks.empty()) return "";
-  return fmt::format("1, but trainer {} can't be told: its file has no list `looks`",
+  return fmt::format("1, but trainer {} has no option for it: its file has no list `looks`",
                      Quoted(trainer));
 }
 
@@ -116,7 +116,7 @@ std::string WhyNotBenchmark(const std::string& name, const std::string& dir) {
   if (opened.ok()) return "";
   const std::string why = Quoted(name) + ": " + FirstLine(ToStd(opened.message()));
   if (name == kShippedBenchmark || dir.empty()) return why;
-  return why + "; `parallax evaluate --list` says what is looked for";
+  return why + "; `parallax evaluate --list` lists the expected files";
 }
 
 }  // namespace

@@ -66,9 +66,11 @@ void AddStudyOptions(CLI::App& command, StudyOptions& options) {
       ->required();
   const std::string group = "Overrides of the study";
   command.add_option("--pairs", options.pairs, "Stereo pairs of each variant")->group(group);
-  command.add_option("--scenes", options.scenes, "The same as scenes: pairs = N x rigs per scene")
+  command
+      .add_option("--scenes", options.scenes,
+                  "Scenes of each variant, instead of --pairs: pairs = N x rigs per scene")
       ->group(group);
-  command.add_option("--rigs", options.rigs, "Pairs taken of each scene")->group(group);
+  command.add_option("--rigs", options.rigs, "Pairs of each scene")->group(group);
   command.add_option("--seed", options.seed, "Another seed: other scenes")
       ->check(WhyNotSeed)
       ->group(group);
@@ -126,7 +128,7 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
   if (study.has_search() && !options.takes_search) {
     return InvalidArgument(
         "study '{}' is a search: `parallax search {}` begins it on a coordinator, `parallax plan` "
-        "says what it takes",
+        "estimates its cost",
         study.name(), options.study);
   }
   const struct {

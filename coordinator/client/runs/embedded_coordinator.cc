@@ -43,7 +43,7 @@ constexpr double kNoticeGather_s = 5;
 [[noreturn]] void EndOnCommitFailure(const absl::Status& status) {
   const std::string line =
       "error: the run's database could not be written: " + std::string(status.message()) +
-      "; nothing finished is lost, run the same command again to go on\n";
+      "; finished pairs are kept, run the same command again to resume\n";
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, line.data(), line.size());
   // Workers die with us; nothing may touch the database any more.
   _exit(kExitDisk);
@@ -54,7 +54,7 @@ constexpr unsigned kLongestShutdown_s = 60;
 
 void EndOnLongShutdown(int) {
   constexpr char kLine[] =
-      "error: the run's coordinator did not shut down in 60 s; nothing finished is lost\n";
+      "error: the run's coordinator did not shut down in 60 s; finished pairs are kept\n";
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, kLine, sizeof kLine - 1);
   _exit(kExitFailed);
 }

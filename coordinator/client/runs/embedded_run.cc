@@ -262,8 +262,8 @@ void EmbeddedRun::Drain(bool hurry) {
   const bool interrupted = signals > 0;
   if (interrupted) {
     display_.Keep();
-    *environment_.err.stream << "stopping: what is being rendered may take a minute to finish; "
-                                "Ctrl-C again stops at once\n"
+    *environment_.err.stream << "stopping: the pairs that are being rendered may take a minute to "
+                                "finish; Ctrl-C again stops at once\n"
                              << std::flush;
   }
   pool_->Drain(interrupted ? kDrainGrace_s : kEndGrace_s,
@@ -281,7 +281,7 @@ absl::Status EmbeddedRun::CatchUp(double now_s, bool last) {
 std::string EmbeddedRun::Progress() const {
   const PairCounts counts = CountsOf(view_.study());
   return FormatCount(counts.done) + " of " + Plural(counts.wanted, "pair") +
-         " are done and kept; the same command again goes on from there";
+         " are finished and kept; the same command resumes";
 }
 
 }  // namespace parallax::client

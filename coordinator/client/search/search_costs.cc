@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
@@ -15,13 +16,18 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-absl::StatusOr<StudyPlan> PlanRung(const v1::StudySpec& rung, double factor,
-                                   const BenchmarkSizes& own) {
-  BenchmarkSizes scored;  // A rung may leave some out.
+// Returns the sizes of the own benchmarks that the rung has: it may leave some out.
+BenchmarkSizes ScoredIn(const v1::StudySpec& rung, const BenchmarkSizes& own) {
+  BenchmarkSizes scored;
   for (const v1::OwnBenchmark& one : rung.evaluate().own_benchmarks()) {
     if (own.count(one.name()) > 0) scored[one.name()] = own.at(one.name());
   }
-  return PlanStudy(rung, factor, scored);
+  return scored;
+}
+
+absl::StatusOr<StudyPlan> PlanRung(const v1::StudySpec& rung, double factor,
+                                   const BenchmarkSizes& own) {
+  return PlanStudy(rung, factor, ScoredIn(rung, own));
 }
 
 RungCosts CostsOf(const StudyPlan& plan, int64_t trials, int64_t pairs) {
@@ -88,6 +94,30 @@ absl::StatusOr<SearchCosts> CostsOfSearch(const v1::StudySpec& search, double fa
   return costs;
 }
 
+absl::StatusOr<std::vector<SearchPower>> PowersOfSearch(
+    const v1::StudySpec& search, const SearchCosts& costs, const BenchmarkSizes& own,
+    const std::map<std::string, DifferenceSpread>& spreads) {
+  // Seeds and benchmarks decide, so a second trial with the default's values stands for any.
+  v1::SearchTrial other;
+  other.set_number(1);
+  std::vector<SearchPower> powers;
+  const auto add = [&](std::string part, const v1::StudySpec& study) {
+    powers.push_back({.part = std::move(part),
+                      .seeds = study.train().seeds(),
+                      .benchmarks = PowerOf(study, ScoredIn(study, own), spreads)});
+  };
+  if (costs.rungs_within > 0) {
+    ASSIGN_OR_RETURN(const v1::StudySpec rung,
+                     RungStudy(search, costs.rungs_within - 1, {v1::SearchTrial(), other}));
+    add(fmt::format("rung {}", costs.rungs_within), rung);
+  }
+  if (costs.confirmation) {
+    ASSIGN_OR_RETURN(const v1::StudySpec study, ConfirmStudy(search, other));
+    add("the confirmation", study);
+  }
+  return powers;
+}
+
 void PrintSearchCosts(const v1::StudySpec& search, const SearchCosts& costs, const Terminal& out) {
   const v1::SearchSpec spec = SearchOf(search);
   *out.stream << out.Paint(Tone::kBold, search.name()) << ": a search over "
@@ -116,7 +146,7 @@ void PrintSearchCosts(const v1::StudySpec& search, const SearchCosts& costs, con
                 << " of them";
   }
   if (!costs.not_priced.empty()) {
-    *out.stream << "; nobody has measured trainings of " << costs.not_priced;
+    *out.stream << "; without trainings, because " << costs.not_priced << " has not been measured";
   }
   if (costs.rungs_within < static_cast<int>(costs.rungs.size())) {
     *out.stream << "; core_hours: " << HoursText(spec.core_hours()) << " ends it after "

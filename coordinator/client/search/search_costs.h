@@ -1,6 +1,7 @@
 // What a search will take, before it begins. Pure and thread-safe.
 #pragma once
 
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -8,6 +9,7 @@
 
 #include "common/base/status.h"
 #include "coordinator/client/runs/plan.h"
+#include "coordinator/client/runs/plan_power.h"
 #include "coordinator/client/views/terminal.h"
 #include "parallax/v1/study.pb.h"
 
@@ -37,6 +39,19 @@ struct SearchCosts {
 // proposed first. Errors: those of PlanStudy and ProposeTrials.
 absl::StatusOr<SearchCosts> CostsOfSearch(const v1::StudySpec& search, double factor,
                                           const BenchmarkSizes& own);
+
+// The differences between two trials that a part of the search can show.
+struct SearchPower {
+  std::string part;                        // "rung 3", or "the confirmation".
+  int seeds = 0;                           // Trainings of each trial.
+  std::vector<BenchmarkPower> benchmarks;  // Empty below two seeds.
+};
+
+// Returns the power of the last rung that begins within core_hours, and of the confirmation.
+// Errors: those of RungStudy.
+absl::StatusOr<std::vector<SearchPower>> PowersOfSearch(
+    const v1::StudySpec& search, const SearchCosts& costs, const BenchmarkSizes& own,
+    const std::map<std::string, DifferenceSpread>& spreads);
 
 // Prints a table of the rungs, and a line that sums them up.
 void PrintSearchCosts(const v1::StudySpec& search, const SearchCosts& costs, const Terminal& out);

@@ -55,7 +55,7 @@ void PrintRunReport(const Terminal& terminal, const RunReport& report) {
   if (report.pairs_rendered > 0) {
     line("rendered", RenderedText(report));
     if (const int64_t kept = counts.done - report.pairs_rendered; kept > 0) {
-      line("kept", Plural(kept, "pair") + " of before");
+      line("kept", Plural(kept, "pair") + " from earlier runs");
     }
   }
   if (counts.layouts_reused > 0) {
@@ -67,7 +67,7 @@ void PrintRunReport(const Terminal& terminal, const RunReport& report) {
   }
   if (report.worker_crashes > 0) {
     line("crashes", Plural(report.worker_crashes, "worker crash", "worker crashes") +
-                        "; what was lost was done again");
+                        "; lost work was done again");
   }
   if (counts.failed > 0) {
     line("failed", Plural(counts.failed, "job") + (report.study.state() == v1::STUDY_STATE_SUCCEEDED

@@ -137,9 +137,8 @@ TEST(SceneConfigYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
       {"render: {maps: [depth, disparities]}",
        "f.yaml:1: render.maps[1]: \"disparities\" is not known, did you mean disparity? ..."},
       // Structure.
-      {"rigs: {count: 1}\nroom: {}\nrigs: {count: 2}",
-       "f.yaml:3: rigs: stands twice, allowed is once"},
-      {"rigs:\n  count: 1\n  count: 2", "f.yaml:3: rigs.count: stands twice, allowed is once"},
+      {"rigs: {count: 1}\nroom: {}\nrigs: {count: 2}", "f.yaml:3: rigs: given twice, allowed once"},
+      {"rigs:\n  count: 1\n  count: 2", "f.yaml:3: rigs.count: given twice, allowed once"},
       {"? [a]\n: 1", "f.yaml:1: a list as a key, allowed is a field name"},
       {"type: indoor\nrigs: {count: 1",
        "f.yaml:2: not YAML: a comma or the closing } of {name: value, ...} is missing in this line "
@@ -244,7 +243,7 @@ TEST(SceneConfigYaml, WrongStructureDoesNotHideWrongValues) {
        {"f.yaml:1: render.map: no such field", "f.yaml:1: render.maps[0]: \"a\" is not known"}},
       // Twice, a list where a map is wanted, two documents.
       {"rigs: {count: 2}\nrigs: {count: 0}",
-       {"f.yaml:2: rigs: stands twice", "f.yaml:2: rigs.count: 0 is out of range"}},
+       {"f.yaml:2: rigs: given twice", "f.yaml:2: rigs.count: 0 is out of range"}},
       {"rigs:\n  - count: 0\n  - baseline_m: 9",
        {"f.yaml:2: rigs: a list, allowed is a map of fields", "f.yaml:2: rigs.count: 0 is",
         "f.yaml:3: rigs.baseline_m: 9 is"}},

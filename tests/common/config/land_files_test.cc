@@ -67,7 +67,7 @@ TEST(Biomes, EachWrongFileNamesLineFieldAndWhatIsAllowed) {
       {"  - {material: Soil}\n  - {material: Rock, where: {slope: [0.75, 99, 0.2]}}\n", "  []\n",
        "heath.yaml: 0 rules of the ground, allowed are 1 to 12"},
       {"slope: [0.75, 99, 0.2]", "slope: [99, 0.75, 0.2]",
-       "heath.yaml:5: ground[1].where.slope: from 99 to 0.75 is upside down, allowed is the lower"},
+       "heath.yaml:5: ground[1].where.slope: low 99 is above high 0.75, allowed is the lower one"},
       {"slope: [0.75, 99, 0.2]", "slope: [0.75, 99]",
        "heath.yaml:5: ground[1].where.slope: a list of 2, allowed is [low, high, soft]"},
       {"slope: [0.75, 99, 0.2]", "slope: [0.75, 99, -1]",

@@ -64,7 +64,7 @@ TEST(RoomKinds, EachWrongFileNamesLineFieldAndWhatIsAllowed) {
       {"[SimpleDesk]", "[]",
        "workshop.yaml:3: furniture[0].classes: an empty list, allowed is at least 1"},
       {"[2, 4]", "[4, 2]",
-       "workshop.yaml:3: furniture[0].count: from 4 to 2 is upside down, allowed is the lower end "
+       "workshop.yaml:3: furniture[0].count: low 4 is above high 2, allowed is the lower one "
        "first"},
       {"[2, 4]", "[2, 4, 6]",
        "workshop.yaml:3: furniture[0].count: a list of 3, allowed is [low, "},

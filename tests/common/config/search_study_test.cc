@@ -116,7 +116,7 @@ TEST(SearchStudyTest, WhatIsWrongIsNamedByFileLineAndField) {
       {"{space: {floating.count: {range: [0, 4], choice: [1, 2]}}}",
        "6: search.space.floating.count: both range and choice, allowed is one of them"},
       {"\n  space:\n    floating.count: {range: [0, 4]}\n    floating.count: {range: [0, 5]}",
-       "9: search.space.floating.count: stands twice, allowed is once"},
+       "9: search.space.floating.count: given twice, allowed once"},
       {"{space: {floating: {choice: [{count: 1}, {count: 2}]}, floating.count: {range: [0, 4]}}}",
        "6: search.space.floating.count: overlaps floating, allowed is one of them"},
       // Ranges.

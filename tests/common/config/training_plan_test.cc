@@ -257,7 +257,7 @@ TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {
        "s.yaml:13: train.minutes: both steps and minutes, allowed is one: steps follow from "
        "minutes"},
       {"train: {width_px: 64}",
-       "s.yaml:11: train.width_px: one side of a crop alone, allowed are both or none"},
+       "s.yaml:11: train.width_px: one side of a crop alone, allowed are both or neither"},
       {"train: {width_px: 64, height_px: 50}",
        "s.yaml:11: train.height_px: 50 px, allowed for the trainer builtin are multiples of 32"},
       {"train: {needs: {tags: ['a b']}}", "s.yaml:11: train.needs.tags[0]: \"a b\" is not a ..."},
@@ -303,8 +303,8 @@ TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {
        "s.yaml:11: train.mixtures[0].share: 0, allowed is more: of no pairs nothing can be "
        "learnt"},
       {mixture + ", mismatched_share: 0.1}]}",
-       "s.yaml:11: train.mixtures[0].mismatched_share: 0.1 is of no use without mismatched: true, "
-       "allowed are both or none"},
+       "s.yaml:11: train.mixtures[0].mismatched_share: 0.1 has no effect without mismatched: true, "
+       "allowed are both or neither"},
       {mixture + ", mismatched: true, mismatched_share: 0}]}",
        "s.yaml:11: train.mixtures[0].mismatched_share: 0, allowed is more, or no mismatched"},
       {mixture + ", mismatched: true, mismatched_share: 1.1}]}",
@@ -334,8 +334,8 @@ TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {
       {"evaluate: {group_by: [colour]}",
        "s.yaml:11: evaluate.group_by[0]: \"colour\" is not known ..."},
       {"evaluate: {heldout_variant: wide}",
-       "s.yaml:11: evaluate.heldout_variant: of no use without heldout_pairs, allowed are both or "
-       "none"},
+       "s.yaml:11: evaluate.heldout_variant: no effect without heldout_pairs, allowed are both or "
+       "neither"},
       {"evaluate: {heldout_pairs: 3, heldout_variant: wid}",
        "s.yaml:11: evaluate.heldout_variant: \"wid\" is no variant of the study, did you mean "
        "wide? (allowed: wide, narrow, dense)"},

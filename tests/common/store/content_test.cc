@@ -38,7 +38,7 @@ TEST(Content, ListsThatAreNoneSayWhere) {
       {head + kHash + " -1 a\n", "line 2: its size"},
       {head + kHash + " 7 ../a\n", "line 2: store path"},
       {head + kHash + " 7 /etc/passwd\n", "absolute"},
-      {head + kHash + " 7 a\n" + kHash + " 7 a\n", "line 3: a stands there twice"},
+      {head + kHash + " 7 a\n" + kHash + " 7 a\n", "line 3: a is listed twice"},
       {head + kHash + " 99999999999 a\n", "allowed are 1073741824 a file"},
   };
   for (const auto& [text, says] : cases) {

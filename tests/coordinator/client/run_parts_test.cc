@@ -100,8 +100,8 @@ TEST(Machine, WhatAStudyNeedsAndIsNotHereIsSaidWithItsRemedy) {
               {.allow_trainers = "mine", .trainers_dir = trainers}),
       testing::ElementsAre("machine.yaml:4: train.start: network, but trainer \"mine\" can't start "
                            "from one: its file has no list `start`",
-                           "machine.yaml:5: evaluate.looks: 1, but trainer \"mine\" can't be told: "
-                           "its file has no list `looks`"));
+                           "machine.yaml:5: evaluate.looks: 1, but trainer \"mine\" has no option "
+                           "for it: its file has no list `looks`"));
   fs::remove_all(trainers);
   const std::string gpu = head + "train:\n  needs: {gpus: 1}\n";
   EXPECT_THAT(Missing(gpu), testing::ElementsAre(HasSubstr(
@@ -271,7 +271,7 @@ TEST(RunReport, TellsWhatWasMadeAndAtWhatCost) {
   const std::string text = TextOf(Report(6));
   for (const char* wanted :
        {"quickstart done: 8 pairs in 1:20", "6 pairs, 20.0 core-seconds a pair, 270 pairs/h",
-        "2 pairs of before", "1 scene without a valid layout", "/out (8 pairs)",
+        "2 pairs from earlier runs", "1 scene without a valid layout", "/out (8 pairs)",
         "/out/contact_sheet.png", "0.500/255"}) {
     EXPECT_THAT(text, HasSubstr(wanted));
   }

@@ -461,7 +461,7 @@ TEST_F(CommandTest, LogsTellHowEachAttemptEnded) {
   job.set_variant("narrow");
   job.set_scene(4);
   EXPECT_EQ(Run({"logs", "17"}).out,
-            "job 17 (render narrow, scene 4) is succeeded; nobody has tried it\n");
+            "job 17 (render narrow, scene 4) is succeeded; no attempt yet\n");
   const double now = Clock::System().UnixSeconds();
   const auto add = [&](const char* ending, const char* worker, double ago_s, const char* error,
                        const char* log) {
@@ -528,7 +528,7 @@ TEST_F(CommandTest, ForgettingAStudyAsksFirst) {
   const Outcome asked = Run({"forget", "baseline"});
   EXPECT_EQ(asked.exit_code, kExitUsage);
   EXPECT_THAT(asked.err, HasSubstr("study 3 (baseline) with its 60 pairs"));
-  EXPECT_THAT(asked.err, HasSubstr("--yes goes on nevertheless"));
+  EXPECT_THAT(asked.err, HasSubstr("--yes continues anyway"));
   EXPECT_TRUE(coordinator_.orders.empty());
   const Outcome done = Run({"forget", "baseline", "--yes", "--reason", "old"});
   EXPECT_EQ(done.exit_code, kExitOk) << done.err;

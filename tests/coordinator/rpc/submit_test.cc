@@ -424,12 +424,11 @@ TEST_F(SubmitTest, BrokenListsOfContentAreRefused) {
   const struct {
     std::string list;
     const char* says;
-  } rows[] = {
-      {"parallax-content 1\n" + line("../x", 3), "line 2: store path \"../x\""},
-      {"parallax-content 1\n" + line("a", 3) + line("a", 3), "line 3: a stands there twice"},
-      {"parallax-content 1\n" + line("a", 4), "\"a\" of 4 bytes, and the file has 3"},
-      {"no list\n", "line 1: wanted is \"parallax-content 1\""},
-      {many, "20001 files, allowed are 20000"}};
+  } rows[] = {{"parallax-content 1\n" + line("../x", 3), "line 2: store path \"../x\""},
+              {"parallax-content 1\n" + line("a", 3) + line("a", 3), "line 3: a is listed twice"},
+              {"parallax-content 1\n" + line("a", 4), "\"a\" of 4 bytes, and the file has 3"},
+              {"no list\n", "line 1: wanted is \"parallax-content 1\""},
+              {many, "20001 files, allowed are 20000"}};
   ASSERT_TRUE(store_->Put(ContentPath(Sha256Hex("sky")), "sky").ok());
   for (const auto& row : rows) {
     ASSERT_TRUE(store_->Put(ContentPath(Sha256Hex(row.list)), row.list).ok());

@@ -62,7 +62,7 @@ TEST_F(SamplersTest, AreFilesOfTheOperators) {
       {"a", "sampler: [\n", "a.yaml:2: not YAML"},
       {"a", "", "a.yaml: nothing, allowed is a map of fields"},
       {"a", "- sampler: a\n", "a.yaml:1: a list, allowed is a map of fields"},
-      {"a", "sampler: a\nsampler: a\n", "a.yaml:2: sampler: stands twice, allowed is once"},
+      {"a", "sampler: a\nsampler: a\n", "a.yaml:2: sampler: given twice, allowed once"},
       {"a", "sampler: a\ncommand: run\n", "a.yaml:2: command: run, expected a list of words"},
       {"a", "sampler: a\ncommand: ['', '{ask}', '{answer}']\n", "a.yaml:2: command[0]: \"\", exp"},
       {"b c", "sampler: b c\n", "b c.yaml:1: sampler: \"b c\" is not a name, allowed are letters"},

@@ -83,7 +83,7 @@ TEST_F(EvaluateJobTest, ATrainerWithoutAWayToLookOnceSaysSo) {
   job.mutable_checkpoint()->set_sha256(Sha256Hex("[1, 2]"));
   job.set_looks(1);
   EXPECT_THAT(std::string(Evaluate(job, 1).status().message()),
-              HasSubstr("trainer mine can't be told the number of looks"));
+              HasSubstr("trainer mine has no option for the number of looks"));
 }
 
 TEST_F(EvaluateJobTest, APredictorThatFailsIsOneLineWithItsLogsEnd) {

@@ -68,7 +68,7 @@ TEST_F(TrainJob, MinutesAreStepsAtTheTrainersRateAndSizesReachIt) {
   job.set_height_px(32);
   EXPECT_NE(FinalHash(ResultOf(Train(job, 2))), FinalHash(plain));
   job.set_batch(2);
-  EXPECT_THAT(Message(Train(job, 3).status()), HasSubstr("can't be told the batch"));
+  EXPECT_THAT(Message(Train(job, 3).status()), HasSubstr("has no option for the batch"));
 }
 
 TEST_F(TrainJob, BeginsWithTheTrainedNetworkOfWhichTheStudySaysTheHash) {
@@ -103,7 +103,7 @@ TEST_F(TrainJob, ATrainerWithoutAWayToStartFromANetworkSaysSo) {
   v1::TrainJob job = TrainJobOf();
   job.set_start(NetworkTag(Sha256Hex("weights")));
   EXPECT_THAT(Message(Train(job, 1).status()),
-              HasSubstr("trainer script can't be told the network to start from"));
+              HasSubstr("trainer script has no option for the network to start from"));
   unsetenv("PARALLAX_NETWORK");
 }
 

@@ -78,7 +78,7 @@ absl::StatusOr<DatasetVariant> ReadVariant(const std::string& dir) {
       return DataLoss("{}:{}: not a line of an index", path, number);
     }
     if (!keys.insert(line->key).second) {
-      variant.faults.push_back(fmt::format("{}:{}: the frame stands twice", path, number));
+      variant.faults.push_back(fmt::format("{}:{}: the frame is listed twice", path, number));
       continue;
     }
     DatasetFrame frame;

@@ -43,7 +43,7 @@ absl::StatusOr<std::unique_ptr<Predictor>> OpenStoredNetwork(const StoredNetwork
   std::vector<std::string> command = contract.predict;
   if (network.looks > 0) {
     if (contract.looks.empty()) {
-      return Unimplemented("trainer {} can't be told the number of looks", network.trainer);
+      return Unimplemented("trainer {} has no option for the number of looks", network.trainer);
     }
     command.insert(command.end(), contract.looks.begin(), contract.looks.end());
   }

@@ -120,7 +120,7 @@ class Training {
   absl::Status Add(const std::vector<std::string>& more, const char* what,
                    std::vector<std::string>& command) const {
     if (more.empty()) {
-      return Unimplemented("trainer {} can't be told the {}", contract_.name, what);
+      return Unimplemented("trainer {} has no option for the {}", contract_.name, what);
     }
     command.insert(command.end(), more.begin(), more.end());
     return absl::OkStatus();
@@ -134,7 +134,7 @@ class Training {
     if (plan_.batch > 0) RETURN_IF_ERROR(Add(contract_.batch, "batch", command));
     if (!plan_.start.empty())
       RETURN_IF_ERROR(Add(contract_.start, "network to start from", command));
-    if (resume_) RETURN_IF_ERROR(Add(contract_.resume, "checkpoint to go on from", command));
+    if (resume_) RETURN_IF_ERROR(Add(contract_.resume, "checkpoint to resume from", command));
     return CommandToRun(command, Values());
   }
 

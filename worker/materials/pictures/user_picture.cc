@@ -67,11 +67,12 @@ absl::StatusOr<std::string> BelowPictureRoot(const std::string& path) {
   }
   if (PictureRoot().empty()) {
     return FailedPrecondition(
-        "picture_dir: this worker reads no pictures; its operator names their folder with "
-        "--picture-root");
+        "own content {}: this worker has no folder for it; its operator names one with "
+        "--picture-root",
+        path);
   }
   if (std::string found = Below(PictureRoot(), path); !found.empty()) return found;
-  return FailedPrecondition("picture_dir: {} is not below this worker's --picture-root {}", path,
+  return FailedPrecondition("own content {} is not below this worker's --picture-root {}", path,
                             PictureRoot());
 }
 

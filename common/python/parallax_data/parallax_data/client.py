@@ -192,7 +192,7 @@ class Client:
                 for one in self._calls.call("ListWorkers").workers]
 
     def pause(self, study: StudyName, reason: str = "") -> Study:
-        """Leases no more jobs of the study; what runs is finished. `reason`, here and below, is kept in the audit trail."""
+        """Starts no more jobs of the study; running jobs finish. `reason`, here and below, is kept in the audit trail."""
         return self._steer("Pause", study, reason)
 
     def resume(self, study: StudyName, reason: str = "") -> Study:

@@ -13,7 +13,7 @@ from . import frame_maps
 from .masks import EXTERIOR, SKY
 
 HELDOUT = "heldout"  # The variant of evaluate.heldout_pairs, which no network may be trained on.
-TEST_EVERY = 20  # As `parallax export` splits: every so-many-th scene, one at least.
+TEST_EVERY = 20  # As `parallax export` splits: every Nth scene, at least one.
 
 
 MAPS = ("depth", "normals", "occluded", "masks", "objects", "materials", "layers", "flow", "infrared", "raw_image",

@@ -76,7 +76,7 @@ TEST(LimitRules, WhatIsWrongIsToldWithItsLine) {
       {"users:\n  worker pool: {max_running: 3}\n", "users.worker pool: not a user"},
       {"users: [1]\n", "users: "},
       {"limits: {}\n", "limits: no such field"},
-      {"users: {submitter ada: {max_studies: 1}, submitter ada: {}}\n", "stands twice"},
+      {"users: {submitter ada: {max_studies: 1}, submitter ada: {}}\n", "given twice"},
       {"default: {max_running: 3\n", "limits.yaml:"},
   };
   for (const auto& one : kCases) {

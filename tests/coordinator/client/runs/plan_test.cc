@@ -80,6 +80,22 @@ TEST(Plan, LandscapesCostMoreThanRoomsByTheirBuildAndTheirTracing) {
   EXPECT_GT(nature.render_core_s, indoor.render_core_s + 100 * costs.build_s);
 }
 
+TEST(Plan, LayoutsArePricedByTheSolversModeAndTheRooms) {
+  const auto solve_s = [](const std::string& set) {
+    const auto study = ParseStudy("study: s\npairs: 1\nset: {" + set + "}\n", "s.yaml");
+    EXPECT_TRUE(study.ok()) << study.status();
+    return study.ok() ? PlanStudy(*study, 1)->total.solve_core_s : 0;
+  };
+  const double reduced = solve_s("solver: {mode: reduced}"), full = solve_s("solver: {mode: full}");
+  EXPECT_GT(full, reduced);
+  const std::string best = "solver: {mode: best, budget_s: 30}";
+  EXPECT_NEAR(solve_s(best) - reduced, 30, 1e-9);
+  EXPECT_NEAR(solve_s(best + ", room: {rooms: {uniform_int: [2, 4]}}") - solve_s(best), 2 * 30.26,
+              1e-6);
+  // A house of eight rooms took 3.0 s (worker/layout/README.md).
+  EXPECT_NEAR(solve_s("solver: {mode: full}, room: {rooms: 8}"), 3.0, 0.05);
+}
+
 TEST(Plan, LandscapesArePricedByTheirBiomes) {
   const auto pair_s = [](const std::string& biomes) {
     const auto study = ParseStudy(

@@ -1,4 +1,5 @@
 // parallax search: what it says of searches, the recipe and the picture that it writes.
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 
 #include <atomic>
@@ -7,6 +8,7 @@
 
 #include "common/base/system/file.h"
 #include "common/config/config.h"
+#include "coordinator/client/runs/plan_power.h"
 #include "coordinator/client/search/best_recipe.h"
 #include "coordinator/client/search/search_names.h"
 #include "coordinator/client/search/search_picture.h"
@@ -460,6 +462,46 @@ TEST_F(SearchPlanTest, APlanPricesTheRungsAndTheConfirmation) {
   EXPECT_GT(pairs_hours, 0);
   // 400 steps for each of two seeds, of which the first rung has a quarter.
   EXPECT_LT(json["rungs"][0]["trained_core_hours"], json["confirmation"]["trained_core_hours"]);
+}
+
+TEST_F(SearchPlanTest, APlanSaysWhichDifferencesTheLastRungAndTheConfirmationShow) {
+  const auto plan = [&](const std::string& more) {
+    std::string text = kCamera;
+    text.replace(text.find("[shipped,"), 9, "[eth3d,");
+    text.replace(text.find("  trials: 3\n"), 12, "  trials: 3\n" + more);
+    EXPECT_TRUE(WriteFile(dir_ + "/power.yaml", text).ok());
+    const Outcome outcome = RunCommand({"plan", dir_ + "/power.yaml"});
+    EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+    return outcome.out;
+  };
+  // Two variants of a study with as many seeds are compared alike.
+  const auto pair = ParseStudy(
+      "study: s\npairs: 1\nvariants: [{name: a}, {name: b}]\ntrain: {seeds: 2}\n"
+      "evaluate: {benchmarks: [eth3d, middlebury2014-Q]}\n",
+      "s.yaml");
+  ASSERT_TRUE(pair.ok()) << pair.status();
+  const std::vector<BenchmarkPower> powers = PowerOf(*pair, {}, {});
+  ASSERT_EQ(powers.size(), 2u);
+  const auto line = [&](const BenchmarkPower& power, const std::string& part) {
+    return fmt::format(
+        "\nSignificant on {} ({} pairs, 80 of 100 times) in {}: differences of bad-2 from {:.1f} "
+        "points with 2 seeds\n",
+        power.benchmark, power.pairs, part, power.least_difference);
+  };
+  const std::string whole = plan("");
+  EXPECT_THAT(whole, HasSubstr(line(powers[0], "rung 3")));
+  EXPECT_THAT(whole, HasSubstr(line(powers[1], "the confirmation")));
+  EXPECT_THAT(whole, Not(HasSubstr("middlebury2014-Q (15 pairs, 80 of 100 times) in rung")))
+      << "the rungs do not see it";
+  EXPECT_THAT(plan("  core_hours: 0.001\n"), HasSubstr(line(powers[0], "rung 1")));
+  const std::string one_seed = plan("  rungs: [{seeds: 1}]\n");
+  EXPECT_THAT(one_seed, HasSubstr("\nSignificant in rung 1: no difference with one seed\n"));
+  EXPECT_THAT(one_seed, HasSubstr(line(powers[1], "the confirmation")));
+  const auto json =
+      nlohmann::json::parse(RunCommand({"plan", dir_ + "/power.yaml", "--json"}).out)["power"];
+  ASSERT_EQ(json.size(), 1u);
+  EXPECT_EQ(json[0]["part"], "the confirmation");
+  EXPECT_EQ(json[0]["least_difference"], powers[1].least_difference);
 }
 
 TEST_F(SearchPlanTest, ACheckNamesTheSearchAndWhatBeginsIt) {

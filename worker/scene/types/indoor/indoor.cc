@@ -1,6 +1,9 @@
 #include "worker/scene/types/indoor/indoor.h"
 
+#include <algorithm>
+
 #include "common/base/status.h"
+#include "common/config/config.h"
 #include "worker/layout/plan/room_shell.h"
 #include "worker/scene/types/indoor/dress_house.h"
 #include "worker/scene/types/indoor/house.h"
@@ -42,13 +45,27 @@ std::optional<v1::SceneObject> GrownByHouse(const v1::Scene& scene, uint32_t ind
   return GrownThing(scene.place().house().landscape(), index);
 }
 
-// bench_solve --scenes 50 --kind any --mode reduced, and --mode full: solve_cpu_s 0.82 and 0.91,
-// shared out as layout_s and dress_s are.
+// Returns the mean of room.rooms, by even quantiles: a multiple of each number of rooms.
+double MeanRooms(const v1::RoomConfig& room) {
+  constexpr int kQuantiles = 840;
+  double sum = 0;
+  for (int i = 0; i < kQuantiles; ++i) sum += Draw(room.rooms(), (i + 0.5) / kQuantiles);
+  return std::max(1.0, sum / kQuantiles);
+}
+
+// Core-seconds in which one room is furnished. bench_solve --scenes 50 --kind any --mode reduced,
+// and --mode full: solve_cpu_s 0.82 and 0.91, shared out as layout_s and dress_s are. `best` adds
+// annealings for its budget.
+double RoomSeconds(const v1::SolverConfig& solver) {
+  if (solver.mode() == v1::SolverConfig::MODE_BEST) return 0.26 + solver.budget_s();
+  return solver.mode() == v1::SolverConfig::MODE_FULL ? 0.30 : 0.26;
+}
+
+// bench_solve --rooms 8 --kind any --scenes 3: 3.0 s, so each room costs as much as the first.
 SceneCosts HouseCosts(const v1::SceneConfig& config) {
-  const bool full = config.solver().mode() == v1::SolverConfig::MODE_FULL;
   // depth_check depth --only default, halls and landscape: CPU seconds a scene.
   const double halls = config.room().hall_p(), landscapes = config.room().landscape_p();
-  return {.layout_s = (full ? 0.30 : 0.26) + 0.9 * halls,
+  return {.layout_s = MeanRooms(config.room()) * RoomSeconds(config.solver()) + 0.9 * halls,
           .dress_s = 0.58 + 0.2 * landscapes,
           .rigs_share_light = true,
           .build_s = 0.5 * halls + 0.2 * landscapes};

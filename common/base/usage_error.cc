@@ -41,6 +41,17 @@ bool Has(const Names& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+// Returns the commands that the commands of `app` have by this name: "config check" for "check".
+Names DeeperCommands(const CLI::App* app, const std::string& name) {
+  Names found;
+  for (const CLI::App* command : app->get_subcommands([](const CLI::App*) { return true; })) {
+    if (Has(CommandsOf(command), name)) {
+      found.push_back("`" + NameWithParents(command) + " " + name + "`");
+    }
+  }
+  return found;
+}
+
 // CLI11 speaks of "arguments not expected" where a command was mistyped.
 void NameWrongCommand(const CLI::App* command, const Names& arguments, Mistake& mistake) {
   const std::string name = NameWithParents(command);
@@ -51,7 +62,11 @@ void NameWrongCommand(const CLI::App* command, const Names& arguments, Mistake& 
     }
     mistake.message = "there is no command '" + typed + "'";
     const std::string near = NearestName(typed, CommandsOf(command));
+    const Names deeper = DeeperCommands(command, typed);
     if (!near.empty()) mistake.hint = "did you mean `" + name + " " + near + "`?";
+    if (!deeper.empty()) {
+      mistake.hint = fmt::format("did you mean {}?", fmt::join(deeper, " or "));
+    }
     return;
   }
   if (mistake.message == "A subcommand is required") {

@@ -81,6 +81,7 @@ TEST_F(CommandTest, UsageErrorsAreOneLineAndExitTwo) {
     std::string wanted;
   } cases[] = {
       {{"statsu"}, "did you mean `parallax status`?"},
+      {{"check"}, "did you mean `parallax config check`?"},
       {{"scene", "shwo"}, "did you mean `parallax scene show`?"},
       {{"cancel"}, "STUDY is required"},
       {{"run", "quickstart"}, "--out is required"},

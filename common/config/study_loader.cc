@@ -158,9 +158,8 @@ class StudyLoader {
         if (is_first) ApplyDefaults(&stream_);
         ReadPart(reader, node, name, &stream_);
       } else if (name == "search") {
-        Origins origins;
-        ReadSearch(reader, node, &search_, &origins);
-        origins_.SetBelow(name, origins);
+        ReadSearch(reader, node, &search_, &search_origins_);
+        origins_.SetBelow(name, search_origins_);
       } else if (name == "train") {
         if (is_first) ApplyDefaults(spec_.mutable_train());
         ReadPart(reader, node, name, spec_.mutable_train());
@@ -476,6 +475,7 @@ class StudyLoader {
   bool is_endless_ = false;
   v1::StreamSpec stream_;
   v1::SearchSpec search_;
+  Origins search_origins_;
   BaseConfig base_;
 };
 

@@ -1,15 +1,17 @@
 """Streams into Python: the same pairs in the same order whatever is killed meanwhile, parts of ranks, a store that is not seen
-from here, the tar of `parallax stream`, and errors.
+from here, the tar of `parallax stream`, farms of this machine alone, and errors.
 
 python_stream_test.py BIN TREE: BIN is the folder of the programs, TREE the repository."""
 
 import io
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
 import tarfile
+import tempfile
 import time
 import unittest
 from pathlib import Path
@@ -51,6 +53,59 @@ with open(notes, "a") as out:
         out.write(f"{pair.frame.index['chunk']}/{pair.frame.key} {after}\\n")
         out.flush()
 """
+
+
+# A training that makes its pairs itself.
+ALONE = """
+import sys
+from parallax_data import stream
+study, out, notes = sys.argv[1:]
+with open(notes, "a") as file:
+    for pair in stream(study, workers=1, out=out):
+        file.write(f"{pair.frame.index['chunk']}/{pair.frame.key}\\n")
+        file.flush()
+"""
+# A loader of torch whose workers split the stream. It prints the folders of its first pairs.
+LOADER = """
+import pickle, sys
+import torch
+from parallax_data.torch_dataset import TorchPairStream
+data = TorchPairStream(sys.argv[1], workers=1, out=sys.argv[2])
+assert pickle.loads(pickle.dumps(data)).args == data.args
+pairs = iter(torch.utils.data.DataLoader(data, batch_size=1, num_workers=2))
+for _ in range(8):
+    paths, left, right, flow, valid = next(pairs)
+    assert left.shape == right.shape == (1, 3, 48, 64) and flow.shape == (1, 1, 48, 64)
+    print(paths[0][0])
+del pairs
+data.close()
+"""
+# A training whose disk is filled after three pairs. It prints what it takes, its error, and what it takes when there is room again.
+FULL = """
+import sys
+from parallax_data import ParallaxError, stream
+study, out = sys.argv[1:]
+def take(most):
+    for count, pair in enumerate(stream(study, workers=1, out=out), 1):
+        print(f"{pair.frame.index['chunk']}/{pair.frame.key}")
+        if most and count == most:
+            return
+        if count == 3:
+            with open(f"{out}/filler", "wb", buffering=0) as filler:
+                try:
+                    while True:
+                        filler.write(bytes(1 << 20))
+                except OSError:
+                    pass
+try:
+    take(0)
+except ParallaxError as error:
+    print(error.code, str(error).replace(" ", "_"))
+import os
+os.remove(f"{out}/filler")
+take(2)
+"""
+PATIENCE_S = 60
 
 
 def key_of(pair):
@@ -218,6 +273,139 @@ class StreamTest(unittest.TestCase):
             next(iter(PairStream("endless", self.address, patience_s=1)))
         self.assertEqual(away.exception.code, ParallaxError.UNREACHABLE)
         self.assertLess(time.monotonic() - began, 60)
+
+
+class LocalFarmTest(unittest.TestCase):
+    """Streams without a coordinator: `parallax stream --workers`."""
+
+    def setUp(self):
+        self.folder = Path(tempfile.mkdtemp(prefix="parallax-alone-"))
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.study, self.out = self.folder / "endless.yaml", self.folder / "farm"
+        self.study.write_text(ENDLESS)
+
+    def processes(self):
+        """Processes of this test's farm: its command and its workers have the folder in their arguments."""
+        found = {}
+        for entry in Path("/proc").iterdir():
+            try:
+                words = (entry / "cmdline").read_bytes().decode().split("\0") if entry.name.isdigit() else []
+            except OSError:
+                continue
+            if Path(words[0]).name in ("parallax", "worker") and any(str(self.out) in word for word in words):
+                found[int(entry.name)] = Path(words[0]).name
+        return found
+
+    def await_end(self):
+        """Waits until no process of the farm is left."""
+        until = time.monotonic() + PATIENCE_S
+        while self.processes() and time.monotonic() < until:
+            time.sleep(0.05)
+        self.assertEqual(self.processes(), {})
+
+    def stream(self, **options):
+        return PairStream(str(self.study), workers=1, out=str(self.out), **options)
+
+    def test_a_killed_training_leaves_nothing_and_goes_on_where_it_was(self):
+        notes = self.folder / "notes.txt"
+        notes.touch()
+        training = subprocess.Popen([sys.executable, "-B", "-c", ALONE, self.study, self.out, notes],
+                                    env={**os.environ, "PYTHONPATH": str(TREE / "common/python/parallax_data")})
+        while len(notes.read_text().splitlines()) < 3:
+            self.assertIsNone(training.poll(), "the training ended by itself")
+            time.sleep(0.02)
+        self.assertEqual(sorted(self.processes().values()), ["parallax", "worker"])
+        training.kill()
+        training.wait()
+        self.await_end()
+        noted = notes.read_text().split()
+        pairs = self.stream()
+        resumed = next(iter(pairs))
+        whole = take(12, pairs.name, pairs._farm.address, consumer="other", position=0)
+        pairs.close()
+        self.await_end()
+        self.assertEqual(len(set(whole)), 12)
+        self.assertEqual(noted, whole[:len(noted)])
+        self.assertLessEqual(whole.index(key_of(resumed)), len(noted))
+        self.assertFalse((self.out / ".parallax" / "socket").exists(), "its socket's folder is gone, too")
+
+    def test_the_farm_ends_with_the_stream(self):
+        pairs = self.stream()
+        self.assertEqual(sorted(self.processes().values()), ["parallax", "worker"])
+        with self.assertRaises(ParallaxError) as second:
+            self.stream()
+        self.assertIn(f"{self.out} is in use by another parallax", str(second.exception))
+        self.assertEqual(second.exception.code, ParallaxError.USAGE)
+        del pairs
+        self.await_end()
+        other = self.folder / "other.yaml"
+        for text in (ENDLESS.replace("seed: 5", "seed: 6"), ENDLESS.replace("study: endless", "study: other")):
+            other.write_text(text)
+            with self.assertRaises(ParallaxError) as different:
+                PairStream(str(other), workers=1, out=str(self.out))
+            self.assertIn("has a stream of another study or of other settings", str(different.exception))
+        with self.assertRaises(ParallaxError) as counted:
+            PairStream("quickstart", workers=1, out=str(self.out))
+        self.assertIn("allowed in a stream is `pairs: endless`", str(counted.exception))
+        with self.assertRaises(ValueError):
+            PairStream("endless", "127.0.0.1:7070", workers=1)
+        self.await_end()
+
+    def test_a_killed_farm_is_an_error_at_once(self):
+        pairs = self.stream()
+        began = iter(pairs)
+        next(began)
+        for process, name in self.processes().items():
+            if name == "parallax":
+                os.kill(process, signal.SIGKILL)
+        with self.assertRaises(ParallaxError) as killed:
+            for _ in began:
+                pass
+        self.assertEqual(str(killed.exception), "the local farm ended with status -9")
+        self.await_end()
+
+    def test_a_full_disk_ends_the_farm_with_its_cause_and_nothing_is_lost(self):
+        self.out.mkdir()
+        mount = ["/usr/bin/unshare", "-Urm", "/bin/sh", "-c", f'mount -t tmpfs -o size=120m none {self.out} && exec "$@"', "sh"]
+        if subprocess.run([*mount, "true"], capture_output=True).returncode != 0:
+            self.skipTest("mounting is not allowed here")
+        done = subprocess.run([*mount, sys.executable, "-B", "-c", FULL, self.study, self.out], capture_output=True, text=True,
+                              env={**os.environ, "PYTHONPATH": ":".join(sys.path)}, timeout=4 * PATIENCE_S)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        said = done.stdout.splitlines()
+        (told,) = (line for line in said if line.startswith("4 "))
+        self.assertRegex(told, "is_full|could_not_be_written")
+        before, after = said[:said.index(told)], said[said.index(told) + 1:]
+        pairs = self.stream(consumer="calm")
+        whole = [key_of(pair) for pair, _ in zip(pairs, range(len(before) + len(after)))]
+        pairs.close()
+        self.assertEqual(before, whole[:len(before)])
+        self.assertEqual(len(after), 2)
+        self.assertEqual(after, whole[whole.index(after[0]):][:2])
+        self.assertLessEqual(whole.index(after[0]), len(before))
+
+    def test_workers_of_a_torch_loader_share_a_farm(self):
+        try:
+            import torch  # noqa: F401
+        except ImportError:
+            self.skipTest("torch is optional and not installed")
+        done = subprocess.run([sys.executable, "-B", "-c", LOADER, self.study, self.out], capture_output=True, text=True,
+                              env={**os.environ, "PYTHONPATH": ":".join(sys.path)}, timeout=4 * PATIENCE_S)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.await_end()
+        pairs = self.stream(consumer="other", position=0)
+        whole = [f"{pair.frame.path}/left.png" for pair, _ in zip(pairs, range(8))]
+        pairs.close()
+        self.assertEqual(done.stdout.split(), whole)
+
+    def test_the_tar_of_a_farm_ends_with_its_reader(self):
+        process = subprocess.Popen([BIN / "parallax", "stream", self.study, "--workers", "1", "--out", self.out, "--tar"],
+                                   stdout=subprocess.PIPE)
+        with tarfile.open(fileobj=process.stdout, mode="r|") as tar:
+            self.assertTrue(tar.next().name.endswith(".left.png"))
+        process.stdout.close()
+        self.assertEqual(process.wait(PATIENCE_S), 0)
+        self.await_end()
 
 
 if __name__ == "__main__":

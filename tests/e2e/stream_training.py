@@ -1,6 +1,7 @@
 """On demand: a training of thousands of steps that drinks from a local farm, of which something is killed all the time.
 
-stream_training.py BIN TREE [--steps N] [--step-s S] [--kill-every-s S]: BIN is the folder of the programs, TREE the repository.
+stream_training.py BIN TREE [--steps N] [--step-s S] [--kill-every-s S] [--torch]: BIN is the folder of the programs, TREE the
+repository; with --torch each step trains a small network on a batch of torch's loader, and takes S at least.
 Prints JSON; ends with 1 unless no pair came twice, the pairs are those of a calm run in its order, at most 5 % of the time went
 into waiting once the stream was warm, and the disk held no more than the plan says and what was used a short time ago.
 """
@@ -47,6 +48,32 @@ with open(notes, "a") as out:
         out.write(f"{pair.frame.index['chunk']}/{pair.frame.key} {pair.frame.index['position'] + 1} {wait:.4f}\\n")
         out.flush()
 """
+# The same with torch's loader and a network, whose steps are slowed down.
+TORCH_TRAINING = """
+import sys, time
+import torch
+from parallax_data.torch_dataset import TorchPairStream
+address, notes, step_s = sys.argv[1:]
+torch.set_num_threads(1)
+lines = open(notes).read().split("\\n")[:-1]
+data = TorchPairStream("endless", address, position=int(lines[-1].split()[1]) if lines else None, patience_s=300)
+item_of = data.item_of
+data.item_of = lambda pair: (f"{pair.frame.index['chunk']}/{pair.frame.key}", pair.frame.index["position"] + 1, item_of(pair))
+network = torch.nn.Sequential(torch.nn.Conv2d(6, 16, 7, padding=3), torch.nn.ReLU(), torch.nn.Conv2d(16, 1, 7, padding=3))
+optimiser = torch.optim.AdamW(network.parameters(), 1e-3)
+before = None
+with open(notes, "a") as out:
+    for key, after, (_, left, right, flow, valid) in torch.utils.data.DataLoader(data, batch_size=None):
+        wait = 0 if before is None else data.stream.waited_s - before
+        before, began = data.stream.waited_s, time.monotonic()
+        loss = ((network(torch.cat([left, right]) / 255) - flow).abs() * valid).mean()
+        optimiser.zero_grad()
+        loss.backward()
+        optimiser.step()
+        time.sleep(max(0, float(step_s) - (time.monotonic() - began)))
+        out.write(f"{key} {after} {wait:.4f}\\n")
+        out.flush()
+"""
 LEASE_S = 10
 WARM = 100  # Steps before waits count.
 
@@ -54,8 +81,8 @@ WARM = 100  # Steps before waits count.
 class Run:
     """A farm with one worker."""
 
-    def __init__(self):
-        self.farm = Farm()
+    def __init__(self, training=TRAINING):
+        self.farm, self.training = Farm(), training
         self.coordinator, self.address = self.serve("127.0.0.1:0")
         self.worker = self.work()
         self.study = self.farm.folder / "endless.yaml"
@@ -72,8 +99,8 @@ class Run:
     def train(self, notes, step_s):
         text = notes.read_text() if notes.exists() else ""
         notes.write_text(text[:text.rfind("\n") + 1])  # Without half a note.
-        process = subprocess.Popen([sys.executable, "-B", "-c", TRAINING, self.address, notes, str(step_s)], stdout=subprocess.PIPE,
-                                   env={**os.environ, "PYTHONPATH": str(TREE / "common/python/parallax_data")})
+        process = subprocess.Popen([sys.executable, "-B", "-c", self.training, self.address, notes, str(step_s)],
+                                   stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": ":".join(sys.path)})
         self.farm.processes.append(process)
         return process
 
@@ -104,7 +131,7 @@ def calm_keys(steps):
 
 def killed_notes(options):
     """What the training notes, what was killed, and the most pairs that were kept and stored."""
-    run = Run()
+    run = Run(TORCH_TRAINING if options.torch else TRAINING)
     try:
         notes = run.farm.folder / "notes.txt"
         training = run.train(notes, options.step_s)
@@ -141,6 +168,7 @@ def main():
     parser.add_argument("--steps", type=int, default=2000)
     parser.add_argument("--step-s", type=float, default=0.1)
     parser.add_argument("--kill-every-s", type=float, default=10)
+    parser.add_argument("--torch", action="store_true")
     options = parser.parse_args()
     began = time.monotonic()
     notes, kills, kept, stored, plan = killed_notes(options)

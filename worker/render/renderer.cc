@@ -126,9 +126,11 @@ absl::Status CheckKeyframes(const v1::Scene& scene) {
 
 absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const v1::Scene& scene,
                                                            SceneGeometry geometry,
-                                                           const v1::RenderConfig& config) {
+                                                           const v1::RenderConfig& config,
+                                                           int64_t most_paths) {
   try {
     ASSIGN_OR_RETURN(RenderProfile profile, ResolveProfile(config));
+    profile.cache_paths = std::min(profile.cache_paths, most_paths);
     RETURN_IF_ERROR(CheckKeyframes(scene));
     std::vector<bool> movers = MoversOf(scene, geometry);
     ASSIGN_OR_RETURN(std::unique_ptr<RenderScene> built,

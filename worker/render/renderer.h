@@ -2,7 +2,9 @@
 // made once and shared by them.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 
 #include "common/base/cancel.h"
@@ -22,11 +24,14 @@ using ProgressFn = std::function<void(double)>;
 class Renderer {
  public:
   // Builds everything that the rigs share. Copies or shares `scene` and `geometry`, so that they
-  // need not outlive the renderer.
+  // need not outlive the renderer. At most `most_paths` paths fill what is stored of the light;
+  // fewer than the profile's do for a picture of few pixels.
   // Errors: kResourceExhausted when memory does not suffice.
   static absl::StatusOr<std::unique_ptr<Renderer>> Create(const v1::Scene& scene,
                                                           SceneGeometry geometry,
-                                                          const v1::RenderConfig& config);
+                                                          const v1::RenderConfig& config,
+                                                          int64_t most_paths = kAnyPaths);
+  static constexpr int64_t kAnyPaths = std::numeric_limits<int64_t>::max();
   virtual ~Renderer() = default;
 
   // Renders both eyes of a rig with their ground truth. The noise of the eyes is independent.

@@ -54,7 +54,7 @@ void Creep(Field& height, float share) {
 // Rock differs from place to place: the slope that hillsides keep, in patches of many sizes.
 Field TalusField(const Field& raster, const StreamPowerOptions& options) {
   Field talus = raster;
-  for (int row = 0; row < raster.size; ++row) {
+  ForRows(raster, [&](int row) {
     for (int column = 0; column < raster.size; ++column) {
       const Vec2f p = raster.PositionOf(column, row);
       const float patches =
@@ -62,7 +62,7 @@ Field TalusField(const Field& raster, const StreamPowerOptions& options) {
                       0.5f * raster.cell_m, options.seed, 0.8f);
       talus.At(column, row) = options.talus * std::clamp(1 + 0.8f * patches, 0.25f, 1.9f);
     }
-  }
+  });
   return talus;
 }
 
@@ -236,13 +236,21 @@ void ErodeByGravity(Field& height, Field& deposit, const ThermalOptions& options
   const int n = height.size;
   constexpr std::array<std::array<int, 2>, 8> kSteps = {
       {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
+  // A slide takes from its sample what it gives to the lowest one beside it.
+  struct Slide {
+    size_t lowest = 0;
+    float amount = 0;
+  };
+  std::vector<Slide> slides(height.values.size());
   std::vector<float> change(height.values.size());
   for (int pass = 0; pass < options.passes; ++pass) {
     std::fill(change.begin(), change.end(), 0.0f);
-    for (int row = 1; row < n - 1; ++row) {
+    ForRows(height, [&](int row) {
+      if (row == 0 || row == n - 1) return;
       for (int column = 1; column < n - 1; ++column) {
         const size_t here = height.Index(column, row);
         const float own = height.values[here];
+        slides[here] = {};
         // The steepest way down.
         float fall = 0, run_m = height.cell_m;
         size_t lowest = here;
@@ -265,9 +273,14 @@ void ErodeByGravity(Field& height, Field& deposit, const ThermalOptions& options
                                            noise::SmoothStep(-0.25f, 0.35f, band));
         const float excess = fall - options.talus * std::max(1.0f, hardness) * run_m;
         if (excess <= 0) continue;
-        change[here] -= 0.25f * excess;
-        change[lowest] += 0.25f * excess;
+        slides[here] = {lowest, 0.25f * excess};
       }
+    });
+    // In order, because sums depend on it.
+    for (size_t i = 0; i < slides.size(); ++i) {
+      if (slides[i].amount <= 0) continue;
+      change[i] -= slides[i].amount;
+      change[slides[i].lowest] += slides[i].amount;
     }
     for (size_t i = 0; i < change.size(); ++i) {
       height.values[i] += change[i];

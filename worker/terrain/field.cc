@@ -1,5 +1,7 @@
 #include "worker/terrain/field.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -67,6 +69,10 @@ Vec2f Field::Gradient(const Vec2f& p) const {
   return Vec2f(SampleSmooth(p + along_x) - SampleSmooth(p - along_x),
                SampleSmooth(p + along_y) - SampleSmooth(p - along_y)) /
          cell_m;
+}
+
+void ForRows(const Field& field, const std::function<void(int row)>& work) {
+  tbb::parallel_for(0, field.size, [&](int row) { work(row); });
 }
 
 FieldRange RangeOf(const Field& field) {

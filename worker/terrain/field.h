@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "common/math/types.h"
@@ -43,6 +44,9 @@ struct Field {
   // Returns the slope (d/dx, d/dy) of SampleSmooth by central differences one cell wide.
   Vec2f Gradient(const Vec2f& p) const;
 };
+
+// Calls `work` for each row of a field, on several threads and in any order.
+void ForRows(const Field& field, const std::function<void(int row)>& work);
 
 // The least and greatest value; {0, 0} for an empty field.
 struct FieldRange {

@@ -140,7 +140,7 @@ Field DrainageArea(const Field& height, const FlowGraph& flow) {
 Field Wetness(const Field& height, const Field& drainage_area) {
   Field wetness = height;
   const int n = height.size;
-  for (int row = 0; row < n; ++row) {
+  ForRows(height, [&](int row) {
     for (int column = 0; column < n; ++column) {
       const auto at = [&](int x, int y) {
         return height.At(std::clamp(x, 0, n - 1), std::clamp(y, 0, n - 1));
@@ -151,7 +151,7 @@ Field Wetness(const Field& height, const Field& drainage_area) {
       wetness.At(column, row) =
           std::log(drainage_area.At(column, row) / (height.cell_m * std::max(slope.norm(), 0.01f)));
     }
-  }
+  });
   const float low = Quantile(wetness, 0.02f), high = Quantile(wetness, 0.98f);
   const float scale = high > low ? 1.0f / (high - low) : 0.0f;
   for (float& value : wetness.values) value = std::clamp((value - low) * scale, 0.0f, 1.0f);

@@ -1,5 +1,7 @@
 #include "worker/terrain/ground_mesh.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -243,18 +245,28 @@ void GroundMesh::Balance() {
   }
 }
 
-uint32_t GroundMesh::VertexAt(const MeshedSurface& surface, int x, int y, float footprint_m) {
+uint32_t GroundMesh::VertexAt(int x, int y, float footprint_m) {
   const uint64_t key = static_cast<uint64_t>(x) << 32 | static_cast<uint32_t>(y);
-  const auto [found, added] =
-      vertices_.try_emplace(key, static_cast<uint32_t>(mesh_.positions.size()));
-  if (!added) return found->second;
-  const Vec2f p = PositionOf(x, y);
-  const Vec2f slope = surface.slope(p, footprint_m);
-  mesh_.positions.emplace_back(p.x(), p.y(), surface.height(p, footprint_m));
-  mesh_.normals.push_back(Vec3f(-slope.x(), -slope.y(), 1).normalized());
-  mesh_.texture.push_back(mesh_.positions.back());
-  mesh_.uv.emplace_back(surface.footprint ? footprint_m : 0.0f, 0.0f);
+  const auto [found, added] = numbers_.try_emplace(key, static_cast<uint32_t>(vertices_.size()));
+  if (added) vertices_.push_back({x, y, footprint_m});
   return found->second;
+}
+
+// Heights and slopes are most of a mesh's cost.
+void GroundMesh::MakeVertices(const MeshedSurface& surface) {
+  const size_t count = vertices_.size();
+  mesh_.positions.resize(count);
+  mesh_.normals.resize(count);
+  mesh_.uv.resize(count);
+  tbb::parallel_for(size_t{0}, count, [&](size_t i) {
+    const Vertex& vertex = vertices_[i];
+    const Vec2f p = PositionOf(vertex.x, vertex.y);
+    const Vec2f slope = surface.slope(p, vertex.footprint_m);
+    mesh_.positions[i] = Vec3f(p.x(), p.y(), surface.height(p, vertex.footprint_m));
+    mesh_.normals[i] = Vec3f(-slope.x(), -slope.y(), 1).normalized();
+    mesh_.uv[i] = Vec2f(surface.footprint ? vertex.footprint_m : 0.0f, 0.0f);
+  });
+  mesh_.texture = mesh_.positions;
 }
 
 void GroundMesh::AddFan(const MeshedSurface& surface, const Square& leaf) {
@@ -274,13 +286,13 @@ void GroundMesh::AddFan(const MeshedSurface& surface, const Square& leaf) {
   std::array<uint32_t, 8> ring;
   size_t count = 0;
   for (const Corner& corner : corners) {
-    ring[count++] = VertexAt(surface, corner.x, corner.y, footprint_m);
+    ring[count++] = VertexAt(corner.x, corner.y, footprint_m);
     if (Contains(corner.beside_x, corner.beside_y) &&
         LeafAt(corner.beside_x, corner.beside_y).side < leaf.side) {
-      ring[count++] = VertexAt(surface, corner.middle_x, corner.middle_y, footprint_m);
+      ring[count++] = VertexAt(corner.middle_x, corner.middle_y, footprint_m);
     }
   }
-  const uint32_t center = VertexAt(surface, leaf.x + half, leaf.y + half, footprint_m);
+  const uint32_t center = VertexAt(leaf.x + half, leaf.y + half, footprint_m);
   Node& node = nodes_[leaf.node];
   node.first_triangle = static_cast<uint32_t>(mesh_.triangles.size());
   node.triangles = static_cast<uint16_t>(count);
@@ -297,6 +309,8 @@ void GroundMesh::Triangulate(const MeshedSurface& surface) {
     if (surface.coarser && std::isinf(surface.coarser(center, half_m))) return;
     AddFan(surface, leaf);
   });
+  MakeVertices(surface);
+  numbers_ = {};
   vertices_ = {};
 }
 
@@ -313,12 +327,12 @@ void GroundMesh::StandOut(const MeshedSurface& surface) {
     }
   }
   std::vector<Vec2f> out_m(plan_.size(), Vec2f::Zero());
-  for (size_t i = 0; i < plan_.size(); ++i) {
+  tbb::parallel_for(size_t{0}, plan_.size(), [&](size_t i) {
     const float out = MeanLedge(surface, plan_[i], mesh_.positions[i].z(), rise_m[i]);
-    if (out <= 0) continue;
+    if (out <= 0) return;
     const Vec2f downhill = -surface.slope(plan_[i], kFace_m);
     if (downhill.squaredNorm() >= 1e-4f) out_m[i] = out * downhill.normalized();
-  }
+  });
   for (int pass = 0; pass < kSmoothings; ++pass) Smooth(mesh_.triangles, out_m);
   std::vector<bool> moved(mesh_.positions.size());
   for (size_t i = 0; i < plan_.size(); ++i) {

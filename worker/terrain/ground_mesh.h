@@ -91,6 +91,11 @@ class GroundMesh {
     uint32_t node = 0;
     int x = 0, y = 0, side = 0;
   };
+  // A vertex before it is made, in the same units.
+  struct Vertex {
+    int x = 0, y = 0;
+    float footprint_m = 0;
+  };
 
   // Returns the length covered by a pixel at the square, metres: the least over all views. Infinity
   // outside of the surface.
@@ -107,7 +112,9 @@ class GroundMesh {
   // Moves the vertices of steep faces out to the ledges.
   void StandOut(const MeshedSurface& surface);
   void AddFan(const MeshedSurface& surface, const Square& leaf);
-  uint32_t VertexAt(const MeshedSurface& surface, int x, int y, float footprint_m);
+  // Returns the vertex's number, which is a new one for a new place.
+  uint32_t VertexAt(int x, int y, float footprint_m);
+  void MakeVertices(const MeshedSurface& surface);
   Vec2f PositionOf(int x, int y) const;
 
   GroundMeshOptions options_;
@@ -115,7 +122,8 @@ class GroundMesh {
   int side_ = 0;  // Side of the root, in units.
   float longest_edge_px_ = 0;
   std::vector<Node> nodes_;
-  std::unordered_map<uint64_t, uint32_t> vertices_;  // By position; empty after construction.
+  std::unordered_map<uint64_t, uint32_t> numbers_;  // Of vertices; empty after construction.
+  std::vector<Vertex> vertices_;                    // By number; empty after construction.
   std::vector<Vec2f> plan_;  // Positions in plan before StandOut; empty: unchanged.
   Mesh mesh_;
 };

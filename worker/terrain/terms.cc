@@ -264,7 +264,7 @@ Vec2f ScarpFoot(const TerrainTerm& scarp, float along_m, float out_m) {
 }
 
 void FillWithTerms(const std::vector<TerrainTerm>& terms, Field& field) {
-  for (int row = 0; row < field.size; ++row) {
+  ForRows(field, [&](int row) {
     for (int column = 0; column < field.size; ++column) {
       float height = 0;
       for (const TerrainTerm& term : terms) {
@@ -272,7 +272,7 @@ void FillWithTerms(const std::vector<TerrainTerm>& terms, Field& field) {
       }
       field.At(column, row) = height;
     }
-  }
+  });
 }
 
 }  // namespace parallax

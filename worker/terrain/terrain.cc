@@ -1,5 +1,7 @@
 #include "worker/terrain/terrain.h"
 
+#include <tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,7 +22,7 @@ constexpr uint32_t kCragOctaves = 3;  // Longest octaves of detail, above 10 m.
 Field SteepnessOf(const Field& height) {
   Field steepness = height;
   const int n = height.size;
-  for (int row = 0; row < n; ++row) {
+  ForRows(height, [&](int row) {
     for (int column = 0; column < n; ++column) {
       const auto at = [&](int x, int y) {
         return height.At(std::clamp(x, 0, n - 1), std::clamp(y, 0, n - 1));
@@ -30,18 +32,18 @@ Field SteepnessOf(const Field& height) {
                                       .norm() /
                                   (2 * height.cell_m);
     }
-  }
+  });
   return BoxBlurred(steepness, 1);
 }
 
 void Shape(const std::optional<Water>& water, Field& height) {
   if (!water) return;
-  for (int row = 0; row < height.size; ++row) {
+  ForRows(height, [&](int row) {
     for (int column = 0; column < height.size; ++column) {
       float& at = height.At(column, row);
       at = water->Shaped(height.PositionOf(column, row), at).height_m;
     }
-  }
+  });
 }
 
 // Returns the offset added to `p` before a raster with cells of `cell_m` is read, so that mask
@@ -148,7 +150,7 @@ float Terrain::Covered(const Vec2f& p, float eroded_m, float footprint_m, float*
 }
 
 void Terrain::AddCover(Field& height, Field& deposit) const {
-  for (int row = 0; row < height.size; ++row) {
+  ForRows(height, [&](int row) {
     for (int column = 0; column < height.size; ++column) {
       const Vec2f p = height.PositionOf(column, row);
       float& at = height.At(column, row);
@@ -156,7 +158,7 @@ void Terrain::AddCover(Field& height, Field& deposit) const {
       at = Covered(p, at, height.cell_m, &loose);
       deposit.At(column, row) += kDebris_m * loose;
     }
-  }
+  });
 }
 
 float Terrain::Height(const Vec2f& p, float footprint_m) const {
@@ -232,7 +234,7 @@ Terrain MakeTerrain(const TerrainSpec& spec) {
   // The site: what the terms have between the region's samples, then gullies, fans and screes.
   const uint32_t bend_seed = rng.Child("bend").Bits32();
   Field site = Field::Square(spec.site_samples, spec.site_m);
-  for (int row = 0; row < site.size; ++row) {
+  ForRows(site, [&](int row) {
     for (int column = 0; column < site.size; ++column) {
       const Vec2f p = site.PositionOf(column, row);
       float finer = 0;
@@ -241,7 +243,7 @@ Terrain MakeTerrain(const TerrainSpec& spec) {
       }
       site.At(column, row) = region.SampleSmooth(p + Bend(p, bend_seed)) + finer;
     }
-  }
+  });
   Field site_deposit = Field::Square(spec.site_samples, spec.site_m);
   DropletOptions rain = spec.rain;
   rain.seed = rng.Child("rain").Bits64();
@@ -252,10 +254,15 @@ Terrain MakeTerrain(const TerrainSpec& spec) {
   Shape(terrain.water_, site);
 
   // Masks.
-  terrain.region_area_ = DrainageArea(region, RouteFlow(region));
-  terrain.site_area_ = DrainageArea(site, RouteFlow(site));
-  terrain.region_wetness_ = BoxBlurred(Wetness(region, terrain.region_area_), 1);
-  terrain.site_wetness_ = BoxBlurred(Wetness(site, terrain.site_area_), 2);
+  tbb::parallel_invoke(
+      [&] {
+        terrain.region_area_ = DrainageArea(region, RouteFlow(region));
+        terrain.region_wetness_ = BoxBlurred(Wetness(region, terrain.region_area_), 1);
+      },
+      [&] {
+        terrain.site_area_ = DrainageArea(site, RouteFlow(site));
+        terrain.site_wetness_ = BoxBlurred(Wetness(site, terrain.site_area_), 2);
+      });
   Field region_surface = region;
   if (!spec.cover.empty() || terrain.strata_.any()) {
     terrain.surface_ = site;

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <charconv>
 
 #include "common/base/names.h"
 
@@ -27,6 +28,21 @@ absl::Status StatusOf(const std::vector<std::string>& lines, size_t dropped) {
 
 void Origins::SetBelow(const std::string& path, const Origins& other) {
   for (const auto& [below, origin] : other.by_path_) by_path_[path + "." + below] = origin;
+}
+
+void Origins::EraseItem(const std::string& path, int index) {
+  std::map<std::string, Origin> kept;
+  for (auto& [place, origin] : by_path_) {
+    int item = 0;
+    const char* const begin = place.data() + std::min(place.size(), path.size() + 1);
+    const auto [end, error] = std::from_chars(begin, place.data() + place.size(), item);
+    if (!place.starts_with(path + "[") || error != std::errc() || item < index) {
+      kept[place] = std::move(origin);
+    } else if (item > index) {
+      kept[fmt::format("{}[{}{}", path, item - 1, end)] = std::move(origin);
+    }
+  }
+  by_path_ = std::move(kept);
 }
 
 std::optional<Origin> Origins::Find(const std::string& path, bool* own) const {

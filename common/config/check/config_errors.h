@@ -28,6 +28,8 @@ class Origins {
   void Set(const std::string& path, Origin origin) { by_path_[path] = std::move(origin); }
   // Adds all of `other` as origins of values below `path`.
   void SetBelow(const std::string& path, const Origins& other);
+  // Removes the origins of the item `index` of the list at `path`; later items move up.
+  void EraseItem(const std::string& path, int index);
   // Returns the origin of the value at `path`; nothing if neither it nor any value around it has
   // one. Sets `own` to whether the value has an origin of its own.
   std::optional<Origin> Find(const std::string& path, bool* own) const;

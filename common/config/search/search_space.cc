@@ -34,6 +34,7 @@ class SpaceReader {
         std::find_if(search_.mutable_space()->begin(), search_.mutable_space()->end(),
                      [&](const auto& field) { return field.path() == path; });
     const bool is_new = known == search_.mutable_space()->end();
+    if (node.IsNull() && !search_.space().empty()) return Remove(path, node, place);
     item_ = fmt::format("space[{}]", known - search_.mutable_space()->begin());
     v1::SearchField& field = is_new ? *search_.add_space() : *known;
     field.Clear();
@@ -64,6 +65,21 @@ class SpaceReader {
     if (reader_.errors().size() > errors_before) {
       reader_.errors().SetTold(reader_.OriginOf(node, place));
     }
+  }
+
+  // Removes the field of an earlier file at `path`, which `node`, a null, says.
+  void Remove(const std::string& path, const YAML::Node& node, const std::string& place) {
+    std::vector<std::string> known;
+    for (const v1::SearchField& field : search_.space()) known.push_back(field.path());
+    const auto found = std::find(known.begin(), known.end(), path);
+    if (found == known.end()) {
+      return reader_.Error(node, place,
+                           "nothing, which removes a field that the search has before" +
+                               NearestHint(path, known) + " (allowed: " + JoinNames(known) + ")");
+    }
+    const int index = static_cast<int>(found - known.begin());
+    search_.mutable_space()->DeleteSubrange(index, 1);
+    origins_.EraseItem("space", index);
   }
 
   void ReadRange(const YAML::Node& node, const std::string& at, v1::SearchField& field) {

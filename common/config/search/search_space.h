@@ -12,9 +12,9 @@ namespace parallax::config_internal {
 // Name of the only variant of a study with a search, which trials are compared with.
 inline constexpr char kDefaultVariant[] = "default";
 
-// Merges the map `node`, a file's `search`, into `search`: fields of the space by their paths,
-// others as YamlReader::Merge. Notes the places of values, as paths below the message, in
-// `origins`.
+// Merges the map `node`, a file's `search`, into `search`: fields of the space by their paths, of
+// which null removes one that is there, others as YamlReader::Merge. Notes the places of values, as
+// paths below the message, in `origins`, which has those of what is there.
 void ReadSearch(YamlReader& reader, const YAML::Node& node, v1::SearchSpec* search,
                 Origins* origins);
 

@@ -1,9 +1,12 @@
 // stream: pairs of an endless study, for trainings that take them as they are made.
 #include <fmt/core.h>
+#include <poll.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "common/base/names.h"
@@ -11,9 +14,11 @@
 #include "common/config/config.h"
 #include "common/store/store.h"
 #include "coordinator/client/command.h"
+#include "coordinator/client/content/own_folders.h"
 #include "coordinator/client/content/ship_content.h"
 #include "coordinator/client/content/study_options.h"
 #include "coordinator/client/interrupt.h"
+#include "coordinator/client/runs/local_farm.h"
 #include "coordinator/client/runs/store_reader.h"
 #include "coordinator/client/views/study_view.h"
 #include "coordinator/client/views/text.h"
@@ -26,6 +31,7 @@ namespace {
 
 constexpr double kWait_s = 10;
 constexpr int kPairsAtOnce = 16;
+constexpr std::chrono::milliseconds kEndEvery{500};  // Time between looks for the end of a farm.
 
 struct StreamOptions {
   StudyOptions study{.takes_endless = true};
@@ -33,16 +39,21 @@ struct StreamOptions {
   std::string consumer = "tar";
   int rank = 0, ranks = 1;
   int64_t most = 0;
+  int workers = 0;  // 0: of the coordinator's farm.
+  std::string out;
+  int pid = 0;  // 0: none.
 };
 
-void PrintStreams(const v1::ListStreamsReply& reply, const Session& session) {
-  if (session.options.json) {
-    nlohmann::ordered_json json = {{"streams", nlohmann::ordered_json::array()}};
-    for (const v1::StreamStatus& stream : reply.streams()) {
-      json["streams"].push_back(StreamJson(stream));
-    }
-    return session.PrintJson(json);
+nlohmann::ordered_json StreamsJson(const v1::ListStreamsReply& reply) {
+  nlohmann::ordered_json json = {{"streams", nlohmann::ordered_json::array()}};
+  for (const v1::StreamStatus& stream : reply.streams()) {
+    json["streams"].push_back(StreamJson(stream));
   }
+  return json;
+}
+
+void PrintStreams(const v1::ListStreamsReply& reply, const Session& session) {
+  if (session.options.json) return session.PrintJson(StreamsJson(reply));
   if (reply.streams().empty()) {
     *session.out().stream << "no stream is open; `parallax stream FILE` begins one\n";
     return;
@@ -84,11 +95,17 @@ absl::StatusOr<bool> WriteOut(const std::string& bytes) {
   return true;
 }
 
+// Returns whether nobody reads standard output, a pipe, any more.
+bool ReaderIsGone() {
+  pollfd out{STDOUT_FILENO, 0, 0};
+  return ::poll(&out, 1, 0) > 0 && (out.revents & POLLERR) != 0;
+}
+
 // Writes pairs as members of one tar file until somebody ends it. A pair is acknowledged when its
-// bytes are written.
+// bytes are written. `farm` makes the pairs, unless it is null.
 absl::StatusOr<ExitCode> WriteTar(const std::string& name, const StreamOptions& options,
-                                  Connection& connection, const Session& session) {
-  InterruptScope interrupt;
+                                  Connection& connection, const InterruptScope& interrupt,
+                                  const LocalFarm* farm, const Session& session) {
   ASSIGN_OR_RETURN(
       const auto reader,
       StoreReader::Open(connection,
@@ -105,8 +122,10 @@ absl::StatusOr<ExitCode> WriteTar(const std::string& name, const StreamOptions& 
   int64_t written = 0;
   std::string waits_for;
   while (interrupt.count() == 0 && (options.most == 0 || written < options.most)) {
+    if (farm != nullptr) RETURN_IF_ERROR(farm->status());
     ASSIGN_OR_RETURN(const v1::NextPairsReply reply, connection.NextPairs(request));
     request.set_resume(false);
+    if (reply.pairs().empty() && ReaderIsGone()) return kExitOk;
     if (reply.pairs().empty() && reply.waits_for() != waits_for) {
       session.PrintNote("waits: " + reply.waits_for());
       waits_for = reply.waits_for();
@@ -135,7 +154,66 @@ absl::StatusOr<ExitCode> WriteTar(const std::string& name, const StreamOptions& 
   return kExitOk;
 }
 
-absl::StatusOr<ExitCode> Stream(StreamOptions& options, Session& session) {
+// Waits until the user, or the process that the farm is for, ends. Errors: the farm's.
+absl::Status WaitForTheEnd(const LocalFarm& farm, int pid, InterruptScope& interrupt) {
+  const int process = pid == 0 ? -1 : static_cast<int>(::syscall(SYS_pidfd_open, pid, 0));
+  if (pid != 0 && process < 0) {
+    return errno == ESRCH ? absl::OkStatus() : ErrnoError(errno, fmt::format("--pid {}", pid));
+  }
+  pollfd watched{process, POLLIN, 0};
+  absl::Status status;
+  while (status.ok() && !interrupt.WaitFor(kEndEvery) && ::poll(&watched, 1, 0) <= 0) {
+    status = farm.status();
+  }
+  if (process >= 0) ::close(process);
+  return status;
+}
+
+// Makes the stream's pairs on this machine, until its consumer or the user ends it.
+absl::StatusOr<ExitCode> StreamHere(const StreamOptions& options, Session& session) {
+  ASSIGN_OR_RETURN(v1::StudySpec study, ResolveStudy(options.study));
+  if (!study.has_stream()) {
+    return InvalidArgument("{}: pairs: {}, allowed in a stream is `pairs: endless`",
+                           options.study.study, study.pairs());
+  }
+  RETURN_IF_ERROR(HashContent(study, FolderReaders::kOfRun));
+  NameOwnCopies(study);
+  InterruptScope interrupt;
+  ASSIGN_OR_RETURN(const auto farm,
+                   LocalFarm::Start(options.out.empty() ? study.name() + "-stream" : options.out,
+                                    options.workers, session.environment.clock));
+  ASSIGN_OR_RETURN(const auto connection, Connection::Open(farm->address()));
+  ASSIGN_OR_RETURN(v1::ListStreamsReply reply, connection->ListStreams(""));
+  const bool is_other = !reply.streams().empty() && reply.streams(0).name() != study.name();
+  absl::StatusOr<v1::StreamStatus> opened = AlreadyExists("another");
+  if (!is_other) opened = connection->OpenStream(study);
+  if (absl::IsAlreadyExists(opened.status())) {
+    return AlreadyExists(
+        "{} has a stream of another study or of other settings: remove it to begin anew, or choose "
+        "another --out",
+        farm->dir());
+  }
+  RETURN_IF_ERROR(opened.status());
+  reply.clear_streams();
+  *reply.add_streams() = *std::move(opened);
+  if (options.tar)
+    return WriteTar(study.name(), options, *connection, interrupt, farm.get(), session);
+  if (session.options.json) {
+    nlohmann::ordered_json json = StreamsJson(reply);
+    json["address"] = farm->address();
+    json["out"] = farm->dir();
+    session.PrintJson(json, /*one_line=*/true);
+  } else {
+    PrintStreams(reply, session);
+    *session.err().stream << "pairs are made while this runs, until Ctrl-C; in Python: stream(\""
+                          << study.name() << "\", \"" << farm->address() << "\")\n"
+                          << std::flush;
+  }
+  RETURN_IF_ERROR(WaitForTheEnd(*farm, options.pid, interrupt));
+  return kExitOk;
+}
+
+absl::StatusOr<ExitCode> StreamOfCoordinator(StreamOptions& options, Session& session) {
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
   if (options.study.study.empty()) {
     if (options.close || options.tar) {
@@ -173,9 +251,22 @@ absl::StatusOr<ExitCode> Stream(StreamOptions& options, Session& session) {
     reply.clear_streams();
     ASSIGN_OR_RETURN(*reply.add_streams(), connection->CloseStream(name, ""));
   }
-  if (options.tar) return WriteTar(name, options, *connection, session);
+  if (options.tar) {
+    const InterruptScope interrupt;
+    return WriteTar(name, options, *connection, interrupt, nullptr, session);
+  }
   PrintStreams(reply, session);
   return kExitOk;
+}
+
+absl::StatusOr<ExitCode> Stream(StreamOptions& options, Session& session) {
+  if (options.workers > 0) return StreamHere(options, session);
+  const absl::StatusOr<ExitCode> done = StreamOfCoordinator(options, session);
+  if (!absl::IsUnavailable(done.status()) || options.study.study.empty() || options.close) {
+    return done;
+  }
+  return Unavailable("{}, or let this machine be the farm: --workers 2",
+                     ToStd(done.status().message()));
 }
 
 }  // namespace
@@ -186,15 +277,18 @@ void RegisterStream(Registry& registry) {
       "Pairs of an endless study, for trainings that take them as they are made",
       "A study with `pairs: endless` begins when a stream is opened. Pairs are made ahead of its\n"
       "consumers and forgotten when they are used up. In Python:\n"
-      "parallax_data.stream(NAME). Without STUDY: lists the streams.\n"
+      "parallax_data.stream(NAME). Without STUDY: lists the streams. With --workers this machine "
+      "is\n"
+      "the farm, for as long as the command runs; the same command again goes on.\n"
       "\n"
       "Examples:\n"
       "  parallax stream endless.yaml\n"
+      "  parallax stream endless.yaml --workers 2 --tar | python train.py\n"
       "  parallax stream endless --tar | python train.py\n"
       "  parallax stream endless --close\n");
   auto options = std::make_shared<StreamOptions>();
-  command->add_option("STUDY", options->study.study,
-                      "A file, a built-in study's name, or the name of a stream");
+  CLI::Option* study = command->add_option(
+      "STUDY", options->study.study, "A file, a built-in study's name, or the name of a stream");
   command->add_flag("--tar", options->tar,
                     "Write pairs to standard output as one endless tar file (WebDataset)");
   command
@@ -211,6 +305,23 @@ void RegisterStream(Registry& registry) {
   CLI::Option* close = command->add_flag("--close", options->close,
                                          "Close the stream: cancel its jobs and remove its pairs");
   close->excludes(command->get_option("--tar"));
+  CLI::Option* workers =
+      command
+          ->add_option("--workers", options->workers,
+                       "Needs no coordinator: so many workers on this machine make the pairs until "
+                       "Ctrl-C, or until the reader of --tar ends")
+          ->check(CLI::Range(1, 256));
+  workers->needs(study)->excludes(close);
+  command
+      ->add_option("-o,--out", options->out,
+                   "With --workers: folder of database and pairs, to go on from (default: the "
+                   "study's name and -stream, in this folder)")
+      ->type_name("DIR")
+      ->needs(workers);
+  command->add_option("--pid", options->pid, "With --workers: end when this process ends, too")
+      ->check(CLI::Range(1, std::numeric_limits<int>::max()))
+      ->needs(workers);
+  AddFollowLinksOption(*command);
   command->group(kCoordinatorCommands);
   registry.AddConnectionOptions(command);
   registry.SetAction(command, [options](Session& session) { return Stream(*options, session); });

@@ -76,6 +76,8 @@ using preview_internal::PreviewEntry;
 using preview_internal::Solved;
 
 constexpr uint32_t kMostSeeds = 5;  // A variant tries so many seeds that are rejected.
+// Paths that learn a scene's light for a pair of this size; a dataset has 500,000 and more pixels.
+constexpr int64_t kMostPaths = 60'000;
 
 absl::StatusOr<v1::StudySpec> LoadAsStudy(const PreviewOptions& options) {
   ASSIGN_OR_RETURN(const bool is_study, IsStudy(options.file));
@@ -181,9 +183,9 @@ absl::StatusOr<StereoFrame> RenderSmall(const v1::SceneConfig& config, const v1:
     // All rigs decide what grows in a landscape; only one is rendered.
     ASSIGN_OR_RETURN(SceneGeometry geometry, BuildSceneGeometry(job.scene()));
     if (cancel.cancelled()) return Cancelled("preview");
-    ASSIGN_OR_RETURN(
-        const auto renderer,
-        Renderer::Create(WithRig(job.scene(), small), std::move(geometry), SmallRender(small)));
+    ASSIGN_OR_RETURN(const auto renderer,
+                     Renderer::Create(WithRig(job.scene(), small), std::move(geometry),
+                                      SmallRender(small), kMostPaths));
     return renderer->RenderRig(small, cancel, {});
   } catch (const std::bad_alloc&) {
     return ResourceExhausted("not enough memory to render the scene");

@@ -22,6 +22,7 @@
 #include "coordinator/http/http_server.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/coordinator_server.h"
+#include "coordinator/rpc/janitor.h"
 #include "coordinator/rpc/notifier.h"
 
 namespace parallax::client {
@@ -220,11 +221,17 @@ absl::StatusOr<std::string> EmbeddedCoordinator::ServePage(const std::string& li
   return PageLink();
 }
 
+void EmbeddedCoordinator::RemoveLitter() {
+  const JanitorOptions options{.lease_s = kLease_s, .database = db_path_};
+  janitor_ = std::make_unique<Janitor>(*queue_, *store_, server_->content(), options);
+}
+
 EmbeddedCoordinator::~EmbeddedCoordinator() {
   const auto handler_before = std::signal(SIGALRM, EndOnLongShutdown);
   alarm(kLongestShutdown_s);
   if (notifier_ != nullptr) notifier_->Finish();
   notifier_.reset();
+  janitor_.reset();
   if (server_ != nullptr) server_->SetPage(nullptr);
   page_.reset();
   if (server_ != nullptr) server_->Shutdown();

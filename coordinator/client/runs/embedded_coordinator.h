@@ -12,6 +12,7 @@
 namespace parallax {
 class CoordinatorServer;
 class HttpServer;
+class Janitor;
 class JobQueue;
 class Notifier;
 class Store;
@@ -39,6 +40,8 @@ class EmbeddedCoordinator {
   // is destroyed. Returns the page's address with a code that opens it once; of one that was
   // started to view, it only opens for looking. Errors: those of HttpServer::Start.
   absl::StatusOr<std::string> ServePage(const std::string& listen);
+  // Begins to remove files from the store that nothing needs any more.
+  void RemoveLitter();
 
  private:
   EmbeddedCoordinator() = default;
@@ -53,6 +56,7 @@ class EmbeddedCoordinator {
   std::unique_ptr<JobQueue> queue_;
   std::unique_ptr<CoordinatorServer> server_;
   std::unique_ptr<Notifier> notifier_;
+  std::unique_ptr<Janitor> janitor_;
   std::string db_path_;
   std::string copy_dir_;    // Folder of the database's copy; empty: none.
   bool view_only_ = false;  // The page only shows.

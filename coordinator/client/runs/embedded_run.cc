@@ -3,24 +3,18 @@
 #include <fmt/core.h>
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <chrono>
-#include <filesystem>
 
-#include "common/base/system/installation.h"
-#include "common/base/system/log.h"
 #include "coordinator/client/content/study_options.h"
+#include "coordinator/client/runs/local_farm.h"
 #include "coordinator/client/views/study_view.h"
 #include "coordinator/client/views/text.h"
-#include "worker/materials/pictures/picture_folder.h"
 
 namespace parallax::client {
 namespace {
 
 // Writing the index reads every frame's line: not after each frame of a large dataset.
 constexpr double kIndexEvery_s = 30;
-// After Ctrl-C, for what is being rendered; then it is handed back.
-constexpr double kDrainGrace_s = 60;
 constexpr double kEndGrace_s = 10;
 
 double OwnCpuSeconds() {
@@ -61,10 +55,7 @@ absl::StatusOr<std::unique_ptr<EmbeddedRun>> EmbeddedRun::Open(const EmbeddedRun
                                                                const OutDir& out_dir,
                                                                Environment& environment) {
   std::unique_ptr<EmbeddedRun> run(new EmbeddedRun(options, out_dir, environment));
-  // The coordinator in this process logs to a file, not to the screen.
-  std::error_code error;
-  std::filesystem::create_directories(LogDir(out_dir), error);
-  InitLogging({.program = "coordinator", .file = LogDir(out_dir) + "/coordinator.log"});
+  LogCoordinatorTo(LogDir(out_dir));
   ASSIGN_OR_RETURN(run->archive_, ArchiveSync::Open(out_dir.path(), options.study));
   ASSIGN_OR_RETURN(run->results_, StudyResults::Open(out_dir.path(), options.study));
   ASSIGN_OR_RETURN(run->coordinator_, EmbeddedCoordinator::Start(run->store_dir_));
@@ -117,45 +108,14 @@ absl::Status EmbeddedRun::StandAlone() {
 }
 
 absl::Status EmbeddedRun::StartWorkers() {
-  WorkerPoolOptions pool;
-  ASSIGN_OR_RETURN(pool.binary, FindProgram("worker"));
-  pool.workers = options_.workers;
-  pool.log_dir = LogDir(out_dir_);
-  pool.clock = environment_.clock;
-  pool.arguments = [this](int index) { return ArgumentsOf(index); };
+  ASSIGN_OR_RETURN(WorkerPoolOptions pool, PoolOf({.coordinator = coordinator_->address(),
+                                                   .store_dir = store_dir_,
+                                                   .log_dir = LogDir(out_dir_),
+                                                   .workers = options_.workers,
+                                                   .machine = options_.machine,
+                                                   .clock = environment_.clock}));
   pool_ = std::make_unique<WorkerPool>(std::move(pool));
   return pool_->Start();
-}
-
-std::vector<std::string> EmbeddedRun::ArgumentsOf(int worker) const {
-  std::vector<std::string> arguments = {"--coordinator",
-                                        coordinator_->address(),
-                                        "--role",
-                                        "all",
-                                        "--slots",
-                                        "1",
-                                        "--grace",
-                                        std::to_string(static_cast<int>(kDrainGrace_s)),
-                                        "--exit-when-orphaned",
-                                        "--name",
-                                        fmt::format("local-{}", worker),
-                                        "--picture-root",
-                                        "/",  // They work for the user who started them.
-                                        "--cores-dir",
-                                        store_dir_ + "/cores",
-                                        "--outbox",
-                                        store_dir_ + "/outbox"};
-  const auto add = [&](const char* option, const std::string& value) {
-    if (!value.empty()) arguments.insert(arguments.end(), {option, value});
-  };
-  add("--allow-trainers", options_.machine.allow_trainers);
-  add("--trainers", options_.machine.trainers_dir);
-  add("--benchmarks", options_.machine.benchmarks_dir);
-  if (FollowsLinks()) arguments.push_back("--follow-links");
-  // One worker takes the jobs that need the GPU, so that they do not share its memory.
-  std::error_code error;
-  if (worker == 0 && std::filesystem::exists(kGpuDevice, error)) add("--tags", "gpu");
-  return arguments;
 }
 
 absl::StatusOr<RunReport> EmbeddedRun::Work() {

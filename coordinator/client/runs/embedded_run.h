@@ -61,7 +61,6 @@ class EmbeddedRun {
   absl::Status EnterStudy();
   absl::Status StandAlone();  // Pauses other studies of this store.
   absl::Status StartWorkers();
-  std::vector<std::string> ArgumentsOf(int worker) const;
   absl::Status Loop();
   absl::Status Step(double now_s);
   // Prints notes on failed jobs. Returns an error for one that makes it pointless to go on.

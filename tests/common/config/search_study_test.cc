@@ -380,5 +380,61 @@ TEST_F(ExtendedSearchTest, AFileMayNarrowTheSearchOfAnotherOrHaveVariantsInstead
                 "to 500");
 }
 
+TEST_F(ExtendedSearchTest, AFieldOfAnotherFilesSpaceIsRemovedByNull) {
+  const std::string search =
+      "search:\n  space:\n    floating.count: {range: [0, 40]}\n"
+      "    materials.mode: {choice: [none, one_diffuse]}\n"
+      "    materials.diffuse_material: {choice: [Wood, Plastic], when: {materials.mode: "
+      "one_diffuse}}\n"
+      "    floating.size_m: {range: [0.05, 0.3]}\n";
+  ASSERT_TRUE(WriteFile(dir_ + "/camera.yaml", kStudy + search).ok());
+  const auto read = [&](const std::string& space) {
+    return ParseStudy("extends: camera.yaml\nsearch:\n  space:\n" + space, dir_ + "/own.yaml");
+  };
+  const auto paths = [](const v1::SearchSpec& read) {
+    std::vector<std::string> paths;
+    for (const v1::SearchField& field : read.space()) paths.push_back(field.path());
+    return paths;
+  };
+  const auto fewer = read("    floating.count: null\n");
+  ASSERT_TRUE(fewer.ok()) << fewer.status();
+  EXPECT_THAT(paths(fewer->search()),
+              ElementsAre("materials.mode", "materials.diffuse_material", "floating.size_m"));
+  // What is removed may be searched again, and stands behind the others then.
+  ASSERT_TRUE(WriteFile(dir_ + "/fewer.yaml",
+                        "extends: camera.yaml\nsearch: {space: {floating.count: null}}\n")
+                  .ok());
+  const auto again =
+      ParseStudy("extends: fewer.yaml\nsearch: {space: {floating.count: {choice: [1, 2]}}}\n",
+                 dir_ + "/again.yaml");
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(paths(again->search()).back(), "floating.count");
+
+  const std::string own = dir_ + "/own.yaml:", camera = dir_ + "/camera.yaml:";
+  const struct {
+    const char* space;
+    std::string want;
+  } rows[] = {
+      {"    floating.coun: null\n",
+       own + "4: search.space.floating.coun: nothing, which removes a field that the search has "
+             "before, did you mean floating.count? (allowed: floating.count, materials.mode, "
+             "materials.diffuse_material, floating.size_m)"},
+      {"    floating.count:\n    materials.mode:\n    materials.diffuse_material: ~\n"
+       "    floating.size_m: null\n",
+       own + "4: search.space: empty, allowed are fields and what they may be: "},
+      // Places of those that stay are still those of their file.
+      {"    floating.count: null\n    materials.mode: null\n",
+       camera + "10: search.space.materials.diffuse_material.when.materials.mode: no field of the "
+                "space before this one, allowed is one of those"},
+  };
+  for (const auto& row : rows) {
+    SCOPED_TRACE(row.space);
+    const auto study = read(row.space);
+    EXPECT_THAT(std::string(study.status().message()), testing::StartsWith(row.want));
+  }
+  EXPECT_EQ(ErrorOf(kStudy + std::string("search: {space: {floating.count: null}}\n")),
+            "camera.yaml:6: search.space.floating.count: nothing, allowed is a map of fields");
+}
+
 }  // namespace
 }  // namespace parallax

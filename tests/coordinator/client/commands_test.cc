@@ -365,6 +365,41 @@ TEST_F(CommandTest, RunWithoutAWorkerProgramSaysWhereItLooked) {
   EXPECT_FALSE(fs::exists(dir_ + "/out"));
 }
 
+// ---- Streams
+
+TEST_F(CommandTest, ThePlanOfAStreamSaysWhatTheDiskHolds) {
+  const Outcome plan = RunCommand({"plan", "endless"});
+  EXPECT_EQ(plan.exit_code, kExitOk) << plan.err;
+  EXPECT_THAT(plan.out,
+              HasSubstr("Endless: that is its first chunk; at most 3 chunks (720 pairs, "));
+  const Outcome json = RunCommand({"plan", "endless", "--json"});
+  EXPECT_EQ(nlohmann::json::parse(json.out)["stream"]["chunks_kept"], 3);
+}
+
+TEST_F(CommandTest, AStreamWithoutACoordinatorIsRefusedBeforeAFolderIsMade) {
+  const std::string out = dir_ + "/farm";
+  const Outcome finite = RunCommand({"stream", "quickstart", "--workers", "1", "--out", out});
+  EXPECT_EQ(finite.exit_code, kExitUsage);
+  EXPECT_THAT(finite.err, HasSubstr("pairs: 8, allowed in a stream is `pairs: endless`"));
+  setenv("PARALLAX_WORKER", (dir_ + "/gone").c_str(), 1);
+  const Outcome gone = RunCommand({"stream", "endless", "--workers", "1", "--out", out});
+  unsetenv("PARALLAX_WORKER");
+  EXPECT_EQ(gone.exit_code, kExitUsage);
+  EXPECT_THAT(gone.err, HasSubstr(dir_ + "/gone"));
+  EXPECT_FALSE(fs::exists(out));
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"stream", "--workers", "1"},
+        {"stream", "endless", "--out", out},
+        {"stream", "endless", "--pid", "1"},
+        {"stream", "endless", "--workers", "1", "--close"}}) {
+    EXPECT_EQ(RunCommand(arguments).exit_code, kExitUsage) << arguments.back();
+  }
+  const Outcome alone =
+      RunCommand({"stream", "endless", "--coordinator", "unix:" + dir_ + "/none"});
+  EXPECT_EQ(alone.exit_code, kExitUnreachable);
+  EXPECT_THAT(alone.err, HasSubstr(", or let this machine be the farm: --workers 2"));
+}
+
 // ---- Remedies
 
 TEST_F(CommandTest, CommandsInMessagesHaveFilesWithSpacesInQuotes) {

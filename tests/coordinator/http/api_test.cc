@@ -498,6 +498,8 @@ TEST_F(ApiTest, TheFarmShowsItsStreamsAndWhatTheyWaitFor) {
   Serve();
   const auto client = Client();
   EXPECT_EQ(Json(*client, "/api/v1/farm")["streams"], json::array());
+  EXPECT_THAT(client->Get("/metrics")->body,
+              HasSubstr("parallax_demand_slots{kind=\"solve\"} 0\n"));
   v1::OpenStreamRequest request;
   v1::StudySpec& study = *request.mutable_study();
   study.set_name("drive");
@@ -530,8 +532,10 @@ TEST_F(ApiTest, TheFarmShowsItsStreamsAndWhatTheyWaitFor) {
   const int64_t chunk = queue_->ListStudies(10)->back().study_id();
   ASSERT_TRUE(queue_->Pause(StudyId{chunk}, "", "tester").ok());
   waiting_for(fmt::format("chunk 0 is paused: `parallax resume {}`", chunk));
-  EXPECT_THAT(client->Get("/metrics")->body,
-              HasSubstr("parallax_stream_needs_person{stream=\"drive\"} 1\n"));
+  const std::string metrics = client->Get("/metrics")->body;
+  EXPECT_THAT(metrics, HasSubstr("parallax_stream_needs_person{stream=\"drive\"} 1\n"));
+  // The next chunks wait for workers: demand, from which a farm grows.
+  EXPECT_THAT(metrics, testing::Not(HasSubstr("parallax_demand_slots{kind=\"solve\"} 0\n")));
 }
 
 }  // namespace

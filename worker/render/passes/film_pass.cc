@@ -72,8 +72,6 @@ class FilmPass {
   absl::Status FillVolume(const std::vector<StereoCamera>& cameras) {
     VolumeFill fill;
     fill.looks = scene_.profile.cache_paths;
-    if (getenv("PX_LOOKS")) fill.looks = atoll(getenv("PX_LOOKS"));
-    if (getenv("PX_CELL")) fill.cell_m = atof(getenv("PX_CELL"));
     PathOptions options = scene_.Tracer().Options(0);
     options.direct = DirectLight::kSunByLightSampling;
     ASSIGN_OR_RETURN(scene_.volume, FillIrradianceVolume(*scene_.geometry, scene_.lights, options,

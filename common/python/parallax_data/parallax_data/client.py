@@ -45,6 +45,20 @@ def _program() -> Optional[str]:
     return shutil.which(str(beside)) or shutil.which("parallax")
 
 
+def program_for(command: str) -> str:
+    """The program that does `command`. Errors: ParallaxError without one."""
+    program = _program()
+    if program is None:
+        raise ParallaxError(f"`{command}` needs the program parallax: `pip install parallax-stereo`, or put it on PATH",
+                            ParallaxError.USAGE)
+    return program
+
+
+def error_of(printed: str) -> str:
+    """The text of the error in what the program printed to standard error."""
+    return re.split(r"^error: ", printed, maxsplit=1, flags=re.MULTILINE)[-1].strip()
+
+
 def _flags(options: Mapping[str, Option]) -> List[str]:
     """Options as the command line has them: max_running=3, again=True."""
     flags: List[str] = []
@@ -62,7 +76,7 @@ def _id_or_name(study: StudyName) -> str:
 
 
 @contextlib.contextmanager
-def _file_of(study: StudySource) -> Iterator[str]:
+def file_of(study: StudySource) -> Iterator[str]:
     """The file of a study, or its built-in name. A text becomes a file of the working folder, from where its paths count."""
     if isinstance(study, Mapping):
         study = json.dumps(study) + "\n"
@@ -232,7 +246,7 @@ class Client:
     def submit(self, study: StudySource, **options: Option) -> Submitted:
         """Gives a study to the coordinator. `study` is a file, the name of a built-in study, the text of a file (of more than
         one line), or what a file would say as a dict. The same study again is not made twice."""
-        with _file_of(study) as file:
+        with file_of(study) as file:
             submitted = of_json(Submitted, self._run("submit", file, options))
         waiting = [Waiting(**one) for one in submitted.unservable]  # type: ignore[arg-type]
         return Submitted(**{**vars(submitted), "unservable": waiting})
@@ -240,7 +254,7 @@ class Client:
     def plan(self, study: StudySource, **options: Option) -> Dict[str, Any]:
         """What a study would take, as `parallax plan --json` says it: "variants", "total", "jobs", "core_hours",
         "wall_clock_s" on `cores=`, "disk_bytes", "power", "missing"... Needs no coordinator."""
-        with _file_of(study) as file:
+        with file_of(study) as file:
             return dict(self._run("plan", file, options))
 
     def fetch(self, study: StudyName, out: Union[str, "os.PathLike[str]"], **options: Option) -> Fetched:
@@ -250,7 +264,7 @@ class Client:
 
     def open_stream(self, study: StudySource, **options: Option) -> str:
         """Begins the stream of an endless study, or finds it; returns its name, for parallax_data.streams."""
-        with _file_of(study) as file:
+        with file_of(study) as file:
             return str(self._run("stream", file, options)["streams"][0]["name"])
 
     def table(self, study: StudyName, **options: Option) -> Any:
@@ -265,18 +279,15 @@ class Client:
         return pandas.DataFrame(rows)
 
     def _run(self, command: str, argument: str, options: Mapping[str, Option]) -> Any:
-        program = _program()
-        if program is None:
-            raise ParallaxError(f"`{command}` needs the program parallax: `pip install parallax-stereo`, or put it on PATH",
-                                ParallaxError.USAGE)
-        arguments = [program, command, *([argument] if argument else []), "--json", *_flags({**options, "insecure": self.insecure})]
+        arguments = [program_for(command), command, *([argument] if argument else []), "--json",
+                     *_flags({**options, "insecure": self.insecure})]
         done = subprocess.run(arguments, stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace",
                               env={**os.environ, "PARALLAX_COORDINATOR": self.address, "PARALLAX_TLS": self.tls})
         out, errors = done.stdout, done.stderr
         if argument.startswith(_TEXT):
             out, errors = (text.replace(argument, "<study>") for text in (out, errors))
         if done.returncode != 0:
-            raise ParallaxError(re.split(r"^error: ", errors, maxsplit=1, flags=re.MULTILINE)[-1].strip(), done.returncode)
+            raise ParallaxError(error_of(errors), done.returncode)
         return json.loads(out)
 
     def _explained(self, error: ParallaxError) -> ParallaxError:

@@ -1,6 +1,7 @@
 """Shows pairs as point clouds in the rerun viewer (`pip install rerun-sdk`):
 
     python -m parallax_data.rerun out/quickstart
+    python -m parallax_data.rerun out/quickstart --save pairs.rrd      # on a machine without a screen
 """
 
 import argparse
@@ -22,13 +23,16 @@ def points(frame: Frame):
     return (world_from_left[:3] @ seen).T.astype(np.float32), frame.image()[y, x]
 
 
-def main():
+def main(arguments=None):
     parser = argparse.ArgumentParser(prog="python -m parallax_data.rerun", description=__doc__.splitlines()[0])
     parser.add_argument("roots", nargs="+", metavar="DIR", help="datasets, or variants of them")
     parser.add_argument("--pairs", type=int, default=20, help="how many (default 20)")
-    options = parser.parse_args()
+    parser.add_argument("--save", metavar="FILE.rrd", help="write a file for the viewer instead of starting it")
+    options = parser.parse_args(arguments)
     import rerun
-    rerun.init("parallax", spawn=True)
+    rerun.init("parallax", spawn=options.save is None)
+    if options.save is not None:
+        rerun.save(options.save)
     for number, frame in enumerate(ParallaxDataset(options.roots).frames[:options.pairs]):
         rerun.set_time("pair", sequence=number)
         where, colors = points(frame)

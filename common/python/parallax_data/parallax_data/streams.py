@@ -3,6 +3,7 @@
     from parallax_data import stream
     for pair in stream("endless.yaml", max_disparity=192):       # or the name of a stream that is open
         train(pair.left, pair.right, pair.disparity, pair.valid)  # never ends, and no pair comes twice
+    stream("endless.yaml", workers=2)                             # without a coordinator: this machine is the farm
 
 A pair is acknowledged when the loop asks for more; then the farm may forget it. A consumer that was killed goes on behind what it
 had acknowledged: each pair comes at least once. With `state_dict` in a checkpoint it goes on exactly where the checkpoint is.
@@ -24,6 +25,7 @@ from . import frame_maps
 from .client import Client
 from .dataset import Frame, Pair, check_maps, read_pair
 from .errors import ParallaxError
+from .local_farm import LocalFarm
 
 _WAIT_S = 10.0     # One call of Next waits so long on the coordinator.
 _SAY_AFTER_S = 30  # A consumer that waits longer hears why, once for each reason.
@@ -45,16 +47,22 @@ class PairStream:
     ahead      pairs that are read before they are asked for
     lag        pairs that are acknowledged later than they are asked for: as many as whoever iterates keeps in a queue
     patience_s how long a coordinator may be away before the error of its absence ends the iteration
+    workers, out  without a coordinator: as of LocalFarm, which ends with close(), this object or this process
     """
 
     def __init__(self, name: str, address: Optional[str] = None, tls: Optional[str] = None, insecure: bool = False, *,
                  consumer: str = "train", rank: int = 0, ranks: int = 1, position: Optional[int] = None,
                  max_disparity: Optional[float] = None, pictures: str = "color", maps: Sequence[str] = (),
                  transform: Optional[Callable[[Pair], Any]] = None, ahead: int = 16, lag: int = 0, threads: int = 2,
-                 patience_s: float = 600):
+                 patience_s: float = 600, workers: int = 0, out: Optional[str] = None):
         check_maps(pictures, maps)
+        if workers > 0 and address:
+            raise ValueError("workers=N makes a farm on this machine, and address names another; allowed is one of them")
+        self._farm = LocalFarm(name, workers, out) if workers > 0 else None
         self._options: Dict[str, Any] = {"address": address, "tls": tls, "insecure": insecure}
-        if os.path.exists(name):
+        if self._farm is not None:
+            name, self._options["address"] = self._farm.name, self._farm.address
+        elif os.path.exists(name):
             name = Client(**self._options).open_stream(name)
         self.name, self.consumer, self.rank, self.ranks = name, consumer, rank, ranks
         self.max_disparity, self.pictures, self.maps, self.transform = max_disparity, pictures, tuple(maps), transform
@@ -69,6 +77,11 @@ class PairStream:
 
     def load_state_dict(self, state: Dict[str, Optional[int]]) -> None:
         self._position = state["position"]
+
+    def close(self) -> None:
+        """Ends the farm on this machine, if there is one. The same again goes on."""
+        if self._farm is not None:
+            self._farm.close()
 
     def __iter__(self) -> Iterator[Any]:
         reader = _Reader(self)
@@ -185,6 +198,8 @@ class _Reader:
             try:
                 return call()
             except ParallaxError as error:
+                if self._owner._farm is not None:
+                    self._owner._farm.check()
                 away = error.code == ParallaxError.UNREACHABLE
                 if not away or self._closing or time.monotonic() - began > self._owner.patience_s:
                     raise

@@ -4,6 +4,7 @@ import numpy as np
 import torch
 
 from .dataset import ParallaxDataset
+from .local_farm import LocalFarm
 from .streams import PairStream
 
 
@@ -57,13 +58,24 @@ class TorchPairStream(torch.utils.data.IterableDataset):
     """Items as _Convention makes them, of PairStream(*args, **options). Each worker of a DataLoader is a rank of its own: a
     loader with W workers on each of R ranks splits the stream in R x W parts. As a loader fetches ahead, `lag` should be what
     a worker has ahead: prefetch_factor x batch_size; then nothing is lost when the training is killed, and so many pairs come
-    again."""
+    again. With `workers` this process has a LocalFarm, which ends with close(), this object or the process."""
 
-    def __init__(self, *args, augment=None, sign=-1, rank=0, ranks=1, lag=0, **options):
+    def __init__(self, name, address=None, *args, augment=None, sign=-1, rank=0, ranks=1, lag=0, workers=0, out=None, **options):
         self.item_of = _Convention(augment, sign)
-        self.args, self.options = args, options
+        self.farm = LocalFarm(name, workers, out) if workers > 0 else None
+        if self.farm is not None:
+            name, address = self.farm.name, self.farm.address
+        self.args, self.options = (name, address, *args), options
         self.rank, self.ranks, self.lag = rank, ranks, lag
         self.stream = None  # The PairStream of this process, once it is iterated.
+
+    def close(self):
+        """Ends the farm on this machine, if there is one."""
+        if self.farm is not None:
+            self.farm.close()
+
+    def __getstate__(self):
+        return {**self.__dict__, "farm": None}  # Workers of a loader only take pairs of it.
 
     def __iter__(self):
         info = torch.utils.data.get_worker_info()

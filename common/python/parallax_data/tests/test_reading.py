@@ -10,6 +10,7 @@ import numpy as np
 from exports_case import ExportsCase
 from parallax_data import ParallaxDataset
 from parallax_data.augment import RaftAugment
+from parallax_data.rerun import main as show
 from parallax_data.rerun import points
 
 
@@ -71,6 +72,19 @@ class Options(ExportsCase):
         seen = (where - pose[:3, 3]) @ pose[:3, :3]
         depth = frame.depth()[frame.valid() & (frame.depth() > 0)]
         np.testing.assert_allclose(seen[:, 2], depth, rtol=1e-4)
+
+    def test_pairs_go_into_a_file_of_the_rerun_viewer(self):
+        try:
+            import rerun  # noqa: F401
+        except ImportError:
+            self.skipTest("rerun is optional and not installed")
+        with tempfile.TemporaryDirectory() as folder:
+            sizes = []
+            for pairs in ("1", "2"):
+                show([str(self.root / "archive"), "--pairs", pairs, "--save", f"{folder}/{pairs}.rrd"])
+                sizes.append(Path(folder, f"{pairs}.rrd").stat().st_size)
+            self.assertGreater(sizes[0], 96 * 54 * 3)
+            self.assertGreater(sizes[1], sizes[0] + 96 * 54 * 3)
 
 
 class Augmented(ExportsCase):

@@ -1,7 +1,12 @@
 """Event files by their published formats: a decoder of its own, and checksums from RFC 3720."""
 
+import importlib.util
+import os
 import pathlib
+import re
 import struct
+import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -106,6 +111,25 @@ class TensorBoard(unittest.TestCase):
         self.convert(out)
         self.assertEqual(file.read_bytes(), before)
         self.assertEqual(len(list(file.parent.iterdir())), 1)
+
+    def test_the_recipes_for_wandb_and_mlflow_are_right(self):
+        page = pathlib.Path(__file__).parents[4] / "deploy" / "site" / "docs" / "recipes" / "python.md"
+        folder = self.root / "out" / "table1" / "training" / "wide" / "builtin" / "seed-0"
+        folder.mkdir(parents=True)
+        (folder / "curve.csv").write_text("step,loss,epe_px,train_s\n10,2.5,,1.5\n300,1.25,0.75,40\n")
+        self.log.mkdir()
+        environment = {"WANDB_MODE": "offline", "WANDB_DIR": str(self.log), "MLFLOW_TRACKING_URI": f"file:{self.log}/ml",
+                       "MLFLOW_ALLOW_FILE_STORE": "true", "PYTHONPATH": ":".join(sys.path)}
+        for package, written in (("wandb", "wandb/offline-run-*/*.wandb"), ("mlflow", "ml/*/*/metrics/loss")):
+            with self.subTest(package):
+                if importlib.util.find_spec(package) is None:
+                    self.skipTest(f"{package} is optional and not installed")
+                (lines,) = re.findall(rf"^```python[^\n]*\n(import {package}\n.*?)^```", page.read_text(), re.M | re.S)
+                subprocess.run([sys.executable, "-c", lines], check=True, capture_output=True, cwd=self.root, timeout=300,
+                               env={**os.environ, **environment})
+                (file,) = self.log.glob(written)
+                if package == "mlflow":
+                    self.assertEqual([line.split()[1:] for line in file.read_text().splitlines()], [["2.5", "10"], ["1.25", "300"]])
 
     def test_the_trainers_lines_give_a_run(self):
         lines = self.root / "mine.jsonl"

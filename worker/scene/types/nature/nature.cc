@@ -113,10 +113,12 @@ absl::Status GrowLand(const v1::Scene& scene, const v1::Terrain& land,
     }
     geometry.materials[index] = MakeWaterSurface(land.water(), expansion->terrain, blend);
   }
-  for (const ShapeKey& key : expansion->shapes) {
-    const v1::Prototype& prototype = land.prototypes(static_cast<int>(key.prototype));
+  ASSIGN_OR_RETURN(const auto meshes, MeshesOf(land, expansion->shapes));
+  for (size_t shape = 0; shape < meshes.size(); ++shape) {
+    const v1::Prototype& prototype =
+        land.prototypes(static_cast<int>(expansion->shapes[shape].prototype));
     Prototype& made = geometry.prototypes.emplace_back();
-    ASSIGN_OR_RETURN(made.mesh, PrototypeMesh(prototype, key.shape, key.detail));
+    made.mesh = meshes[shape];
     made.material_of_slot.resize(made.mesh->slots.size(), 0);
     for (const v1::MaterialBinding& binding : prototype.materials()) {
       for (size_t i = 0; i < made.mesh->slots.size(); ++i) {

@@ -1,6 +1,7 @@
 #include "worker/scene/types/nature/ground/expand.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +10,7 @@
 #include <map>
 #include <mutex>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -415,14 +417,31 @@ absl::StatusOr<std::shared_ptr<const Expansion>> ExpandTerrain(
   }
   ASSIGN_OR_RETURN(std::shared_ptr<const Terrain> terrain, TerrainOf(recipe));
   const Views views(rigs);
-  auto made = std::make_shared<Expansion>(Expansion{terrain, MakeGround(recipe, *terrain, views),
-                                                    MakeWater(*terrain, views),
+  std::optional<GroundMesh> ground;
+  std::shared_ptr<const Mesh> water;
+  tbb::parallel_invoke([&] { ground.emplace(MakeGround(recipe, *terrain, views)); },
+                       [&] { water = MakeWater(*terrain, views); });
+  auto made = std::make_shared<Expansion>(Expansion{terrain, *std::move(ground), std::move(water),
                                                     RoofOf(recipe, *terrain, kRoofCell_m)});
   RETURN_IF_ERROR(Expander(recipe, views, *made).Run());
   std::lock_guard<std::mutex> lock(mutex);
   newest_key = std::move(key);
   newest = made;
   return newest;
+}
+
+absl::StatusOr<std::vector<std::shared_ptr<const Mesh>>> MeshesOf(
+    const v1::Terrain& recipe, const std::vector<ShapeKey>& shapes) {
+  std::vector<std::shared_ptr<const Mesh>> meshes(shapes.size());
+  std::vector<absl::Status> made(shapes.size());
+  tbb::parallel_for(size_t{0}, shapes.size(), [&](size_t i) {
+    const v1::Prototype& prototype = recipe.prototypes(static_cast<int>(shapes[i].prototype));
+    auto mesh = PrototypeMesh(prototype, shapes[i].shape, shapes[i].detail);
+    made[i] = mesh.status();
+    if (mesh.ok()) meshes[i] = *std::move(mesh);
+  });
+  for (const absl::Status& status : made) RETURN_IF_ERROR(status);
+  return meshes;
 }
 
 void NumberLayers(const Expansion& expansion, uint32_t first, v1::Terrain& recipe) {

@@ -53,6 +53,10 @@ inline constexpr size_t kMostInstances = 250'000, kMostWanted = 4'000'000;
 // Terrain.clearance_m where that is larger.
 inline constexpr float kLeastTube_m = 0.4f;
 
+// Makes the meshes of shapes, on several threads. Errors: as PrototypeMesh.
+absl::StatusOr<std::vector<std::shared_ptr<const Mesh>>> MeshesOf(
+    const v1::Terrain& recipe, const std::vector<ShapeKey>& shapes);
+
 // The pose of an object on the ground: its base below the ground all around, turned, leaning with
 // the slope. Floating objects lie level on still water where the ground is lower.
 Eigen::Matrix<float, 3, 4> PlaceOf(const v1::ScatterLayer& layer, const Standing& thing,

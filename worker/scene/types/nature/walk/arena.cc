@@ -1,11 +1,13 @@
 #include "worker/scene/types/nature/walk/arena.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <vector>
 
-#include "worker/scene/types/nature/ground/prototypes.h"
 #include "worker/scene/types/nature/ground/views.h"
 
 namespace parallax {
@@ -13,25 +15,27 @@ namespace {
 
 constexpr float kNear_m = 55, kReach_m = 170, kArenaRoofCell_m = 0.5f;
 
-// Trees of boxes over meshes, made once each.
-class Trees {
- public:
-  explicit Trees(const v1::Terrain& recipe) : recipe_(recipe) {}
-
-  absl::StatusOr<std::shared_ptr<const TriangleTree>> Of(const ShapeKey& key) {
-    std::shared_ptr<const TriangleTree>& tree = made_[key];
-    if (tree) return tree;
-    ASSIGN_OR_RETURN(
-        const auto mesh,
-        PrototypeMesh(recipe_.prototypes(static_cast<int>(key.prototype)), key.shape, key.detail));
-    tree = std::make_shared<const TriangleTree>(*mesh);
-    return tree;
-  }
-
- private:
-  const v1::Terrain& recipe_;
-  std::map<ShapeKey, std::shared_ptr<const TriangleTree>> made_;
+// A thing that is made solid.
+struct Solid {
+  ShapeKey shape;
+  Eigen::Affine3f place;
 };
+
+// Adds things, in their order. Trees of boxes over meshes are made once each, on several threads.
+absl::Status AddThings(const v1::Terrain& recipe, const std::vector<Solid>& things,
+                       RayScene& scene) {
+  std::map<ShapeKey, size_t> numbers;
+  std::vector<ShapeKey> shapes;
+  for (const Solid& thing : things) {
+    if (numbers.try_emplace(thing.shape, shapes.size()).second) shapes.push_back(thing.shape);
+  }
+  ASSIGN_OR_RETURN(const auto meshes, MeshesOf(recipe, shapes));
+  std::vector<std::shared_ptr<const TriangleTree>> trees(shapes.size());
+  tbb::parallel_for(size_t{0}, trees.size(),
+                    [&](size_t i) { trees[i] = std::make_shared<const TriangleTree>(*meshes[i]); });
+  for (const Solid& thing : things) scene.Add(trees[numbers[thing.shape]], thing.place);
+  return absl::OkStatus();
+}
 
 GroundMeshOptions CoarseMesh(const Vec2f& middle) {
   GroundMeshOptions options;
@@ -74,7 +78,7 @@ absl::StatusOr<std::unique_ptr<RayScene>> MakeArena(const v1::Terrain& recipe,
     tiles.push_back(layer.index_each() ? TilesWithin(middle, radius) : TileSet());
   }
   ASSIGN_OR_RETURN(const auto things, Scatter(recipe, terrain).Place(tiles));
-  Trees trees(recipe);
+  std::vector<Solid> solids;
   for (int index = 0; index < recipe.layers_size(); ++index) {
     const v1::ScatterLayer& layer = recipe.layers(index);
     for (const Standing& thing : things[static_cast<size_t>(index)]) {
@@ -87,11 +91,12 @@ absl::StatusOr<std::unique_ptr<RayScene>> MakeArena(const v1::Terrain& recipe,
       } else {
         place.matrix().topRows<3>() = PlaceOf(layer, thing, ground, terrain);
       }
-      ASSIGN_OR_RETURN(const auto tree, trees.Of({layer.prototypes(thing.prototype), thing.shape,
-                                                  near ? PlantDetail::kMid : PlantDetail::kFar}));
-      solid->Add(tree, place);
+      solids.push_back({{layer.prototypes(thing.prototype), thing.shape,
+                         near ? PlantDetail::kMid : PlantDetail::kFar},
+                        place});
     }
   }
+  RETURN_IF_ERROR(AddThings(recipe, solids, *solid));
   solid->Commit();
   return solid;
 }
@@ -114,21 +119,19 @@ absl::StatusOr<std::unique_ptr<RayScene>> MakeNearby(
   }
   if (expansion.roof) solid->Add(expansion.roof->mesh(), Eigen::Affine3f::Identity());
   // A mesh's box hardly depends on its level of detail.
+  std::vector<ShapeKey> far = expansion.shapes;
+  for (ShapeKey& key : far) key.detail = PlantDetail::kFar;
+  ASSIGN_OR_RETURN(const auto meshes, MeshesOf(recipe, far));
   std::vector<Box3f> boxes;
-  for (const ShapeKey& key : expansion.shapes) {
-    ASSIGN_OR_RETURN(const auto mesh,
-                     PrototypeMesh(recipe.prototypes(static_cast<int>(key.prototype)), key.shape,
-                                   PlantDetail::kFar));
-    boxes.push_back(mesh->Bounds());
-  }
-  Trees trees(recipe);
+  for (const auto& mesh : meshes) boxes.push_back(mesh->Bounds());
+  std::vector<Solid> solids;
   for (const Instance& instance : expansion.instances) {
     const Box3f box = TransformBox(instance.Affine(), boxes[instance.prototype]);
     const float radius = 0.55f * box.diagonal().norm();
     if (!way.IsWithin(box.center().head<2>(), within_m + radius)) continue;
-    ASSIGN_OR_RETURN(const auto tree, trees.Of(expansion.shapes[instance.prototype]));
-    solid->Add(tree, instance.Affine());
+    solids.push_back({expansion.shapes[instance.prototype], instance.Affine()});
   }
+  RETURN_IF_ERROR(AddThings(recipe, solids, *solid));
   solid->Commit();
   return solid;
 }

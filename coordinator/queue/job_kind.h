@@ -263,6 +263,8 @@ class JobKind {
   // Returns the needs that jobs of this kind in a study will have, each once; empty if it has no
   // such jobs. By default: jobs of scenes, which need nothing of their own.
   virtual std::vector<WorkNeeds> NeedsOfStudy(const v1::StudySpec& study) const;
+  // Returns what a job with this input waits for. By default: nothing.
+  virtual std::vector<JobWait> WaitsOf(std::string_view /*input*/) const { return {}; }
   // Parses and checks a handler's answer. All hashing and compressing belongs here, because the
   // writer's thread calls the other hooks. Never returns null.
   virtual std::shared_ptr<const CheckedResult> CheckResult(std::string_view bytes) const = 0;

@@ -177,6 +177,44 @@ TEST_F(RepairTest, ANetworkThatIsDamagedIsTrainedAgainBeforeItIsScored) {
   ExpectSound();
 }
 
+TEST_F(RepairTest, ScoresOfAnArchivedStudyAreMadeAgainAfterTheirNetwork) {
+  options_.archive_after_s = 1000;
+  Reopen();
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  request.mutable_study()->mutable_evaluate()->add_benchmarks("shipped");
+  const StudyId study = SubmitRequest(request);
+  MakePairs();
+  TrainAll();
+  EvaluateAll();
+  Submit({.name = "new", .seed = 2});
+  clock_.Advance(2000);
+  for (int i = 0; i < 5; ++i) Tick();
+  ASSERT_TRUE(*queue_->IsArchived(study));
+  EXPECT_EQ(TakeBack({OutputWith("scores.jsonl"), OutputWith("step-100.pt")}).jobs, 2);
+  EXPECT_THAT(Lease(Evaluator("e"), 9), IsEmpty());
+  TrainAll();
+  EvaluateAll();
+  EXPECT_EQ(State(study), v1::STUDY_STATE_SUCCEEDED);
+}
+
+TEST_F(RepairTest, ReusedScoresAreMadeAgainAfterTheirNetwork) {
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  request.mutable_study()->mutable_evaluate()->add_benchmarks("shipped");
+  const StudyId one = SubmitRequest(request);
+  MakePairs();
+  TrainAll();
+  EvaluateAll();
+  request.mutable_study()->set_name("two");
+  const StudyId two = SubmitRequest(request);
+  ASSERT_EQ(State(two), v1::STUDY_STATE_SUCCEEDED);
+  EXPECT_EQ(TakeBack({OutputWith("scores.jsonl"), OutputWith("step-100.pt")}).jobs, 4);
+  EXPECT_THAT(Lease(Evaluator("e"), 9), IsEmpty());
+  TrainAll();
+  EvaluateAll();
+  EXPECT_EQ(State(one), v1::STUDY_STATE_SUCCEEDED);
+  EXPECT_EQ(State(two), v1::STUDY_STATE_SUCCEEDED);
+}
+
 TEST_F(RepairTest, ACancelledStudyLacksANetworkThatAnotherStudyMakesAgain) {
   v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
   request.mutable_study()->mutable_evaluate()->add_benchmarks("shipped");

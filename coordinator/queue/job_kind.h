@@ -210,7 +210,8 @@ class ResultReader {
   // in a rig's folder.
   virtual absl::StatusOr<std::vector<v1::FrameFolder>> FoldersOf(int64_t variant,
                                                                  int64_t limit) = 0;
-  // Returns the result of the one job that this one waited for. Errors: kNotFound.
+  // Returns the result of the one job that this one waited for, or of its newest generation that
+  // has one. Errors: kNotFound.
   virtual absl::StatusOr<std::string> ResultWaitedFor(int64_t job) = 0;
 };
 

@@ -69,12 +69,17 @@ class JobQueue::Impl {
                       }});
   }
 
-  absl::StatusOr<std::vector<v1::Lease>> Messages(const std::vector<GrantedLease>& granted) {
+  // Returns the messages of leases. The job of one that can't be made has failed.
+  std::vector<v1::Lease> Messages(const std::vector<GrantedLease>& granted) {
     std::vector<v1::Lease> leases;
     leases.reserve(granted.size());
     for (const GrantedLease& lease : granted) {
-      ASSIGN_OR_RETURN(v1::Lease message, readers_->LeaseMessage(lease));
-      leases.push_back(std::move(message));
+      absl::StatusOr<v1::Lease> message = readers_->LeaseMessage(lease);
+      if (message.ok()) {
+        leases.push_back(*std::move(message));
+      } else {
+        upkeep_->EndUntold(lease, message.status());
+      }
     }
     return leases;
   }

@@ -210,7 +210,8 @@ class ResultReader {
   // in a rig's folder.
   virtual absl::StatusOr<std::vector<v1::FrameFolder>> FoldersOf(int64_t variant,
                                                                  int64_t limit) = 0;
-  // Returns the result of the one job that this one waited for. Errors: kNotFound.
+  // Returns the result of the one job that this one waited for, or of its newest generation that
+  // has one. Errors: kNotFound.
   virtual absl::StatusOr<std::string> ResultWaitedFor(int64_t job) = 0;
 };
 
@@ -263,6 +264,8 @@ class JobKind {
   // Returns the needs that jobs of this kind in a study will have, each once; empty if it has no
   // such jobs. By default: jobs of scenes, which need nothing of their own.
   virtual std::vector<WorkNeeds> NeedsOfStudy(const v1::StudySpec& study) const;
+  // Returns what a job with this input waits for. By default: nothing.
+  virtual std::vector<JobWait> WaitsOf(std::string_view /*input*/) const { return {}; }
   // Parses and checks a handler's answer. All hashing and compressing belongs here, because the
   // writer's thread calls the other hooks. Never returns null.
   virtual std::shared_ptr<const CheckedResult> CheckResult(std::string_view bytes) const = 0;

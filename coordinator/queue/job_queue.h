@@ -62,6 +62,7 @@ struct UnsafeForTest {
   bool forget_unfinished = false;  // Forget studies that have not ended.
   bool archive_newest = false;     // Archive the newest job of all, too.
   bool hear_at_start = false;      // Count every lease as just heard of at each start.
+  bool any_version = false;        // Keep the leases of a start with other versions of stages.
 };
 
 // Options of a queue. The defaults are those of `coordinator serve`.

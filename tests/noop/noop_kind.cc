@@ -34,6 +34,7 @@ absl::Status NoopKind::AfterPairs(WorkDesk& desk, const v1::StudySpec& study,
 }
 
 absl::StatusOr<std::string> NoopKind::Spec(const LeasedJob& lease, ResultReader& results) const {
+  if (lease.job.input == "?") return DataLoss("an input without meaning");
   ASSIGN_OR_RETURN(const auto frames, results.FramesOf(lease.job.variant, 10'000));
   return lease.job.input + " of " + std::to_string(frames.size());
 }

@@ -20,7 +20,7 @@ class NoopKind final : public JobKind {
   static absl::Status AfterPairs(WorkDesk& desk, const v1::StudySpec& study,
                                  std::span<const int64_t> variants);
 
-  // Spec: "<input> of <published pairs>".
+  // Spec: "<input> of <published pairs>". There is none for the input "?": kDataLoss.
   absl::StatusOr<std::string> Spec(const LeasedJob& lease, ResultReader& results) const override;
   // "" is a rejection, "!" can't be a result.
   std::shared_ptr<const CheckedResult> CheckResult(std::string_view bytes) const override;

@@ -27,6 +27,8 @@ absl::StatusOr<TakenBack> Repair::TakeBack(const std::vector<DamagedResult>& dam
     RETURN_IF_ERROR(AskForPairs(scene.first, scene.second, rigs));
     ++taken.jobs;
   }
+  // A job only waits for older ones, which must have their next generations first.
+  std::sort(jobs.begin(), jobs.end());
   for (const int64_t job : jobs) {
     RETURN_IF_ERROR(AskForResult(job));
     ++taken.jobs;
@@ -143,7 +145,7 @@ absl::Status Repair::AskForResult(int64_t id) {
   ASSIGN_OR_RETURN(const std::optional<JobRow> job, tables_.jobs.FindNewest(id));
   if (!job || !IsTerminal(job->state)) return absl::OkStatus();  // It is made again already.
   NewJob again = jobs_.NextOf(*job);
-  ASSIGN_OR_RETURN(again.waits, waiters_.WaitsAgain(id));
+  ASSIGN_OR_RETURN(again.waits, waiters_.WaitsAgain(*job));
   return jobs_.AddJob(again).status();
 }
 

@@ -118,7 +118,7 @@ absl::StatusOr<bool> Retries::RetryOfScene(Variant& variant, const JobRow& job) 
 // waited for. While one of them is lost, there is nothing to retry.
 absl::StatusOr<bool> Retries::RetryOther(Variant& variant, const JobRow& job) {
   NewJob again = jobs_.NextOf(job);
-  ASSIGN_OR_RETURN(again.waits, waiters_.WaitsAgain(job.id));
+  ASSIGN_OR_RETURN(again.waits, waiters_.WaitsAgain(job));
   for (const JobWait& wait : again.waits) {
     ASSIGN_OR_RETURN(const Waiters::Outlook outlook, waiters_.OutlookOf(wait));
     if (outlook.prospect == Waiters::Prospect::kVain) return false;

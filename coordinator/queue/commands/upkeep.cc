@@ -13,9 +13,37 @@ constexpr std::chrono::seconds kRemoveEvery{60};
 }  // namespace
 
 absl::Status Upkeep::Tick() {
+  RETURN_IF_ERROR(EndAllUntold());
   RETURN_IF_ERROR(machine_.reports().Expire(book_.Expired()));
   RETURN_IF_ERROR(machine_.retries().Wake());
   return RemovalIsDue() ? RemoveSome() : absl::OkStatus();
+}
+
+void Upkeep::EndUntold(const GrantedLease& lease, const absl::Status& why) {
+  v1::FailRequest failure;
+  failure.mutable_attempt()->set_job_id(lease.work.job.id);
+  failure.mutable_attempt()->set_fence(lease.fence);
+  failure.set_worker(lease.worker);
+  failure.set_retryable(true);
+  failure.set_error("its worker can't be told what to do: " + std::string(why.message()));
+  const std::lock_guard lock(mutex_);
+  untold_.push_back({std::move(failure), absl::IsUnavailable(why)});
+}
+
+absl::Status Upkeep::EndAllUntold() {
+  std::vector<Untold> untold;
+  {
+    const std::lock_guard lock(mutex_);
+    untold.swap(untold_);
+  }
+  Reports& reports = machine_.reports();
+  for (const auto& [failure, is_of_disk] : untold) {
+    RETURN_IF_ERROR((is_of_disk
+                         ? reports.HandBack(failure.worker(), failure.attempt(), failure.error())
+                         : reports.Fail(failure))
+                        .status());
+  }
+  return absl::OkStatus();
 }
 
 absl::Status Upkeep::RemoveSome() {
@@ -29,6 +57,10 @@ absl::Status Upkeep::RemoveSome() {
 
 bool Upkeep::IsDue() const {
   if (RemovalIsDue()) return true;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!untold_.empty()) return true;
+  }
   const auto next = machine_.tables().jobs.NextBackoff();
   return next.ok() && SecondsToNext(*next) <= 0;
 }

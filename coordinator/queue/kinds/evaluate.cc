@@ -67,6 +67,15 @@ const v1::TrainedCheckpoint& PickCheckpoint(const v1::TrainResult& result, int i
   return result.checkpoints(static_cast<int>(std::clamp<int64_t>(at, 0, there - 1)));
 }
 
+std::vector<JobWait> WaitsOfEvaluation(const v1::EvaluateInput& input) {
+  std::vector<JobWait> waits;
+  if (input.train_job() != 0) waits.push_back(JobWait::OnJob(input.train_job()));
+  if (input.heldout_variant_id() != 0) {
+    waits.push_back(JobWait::OnPairs(input.heldout_variant_id(), input.heldout_pairs()));
+  }
+  return waits;
+}
+
 class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResult> {
  public:
   EvaluateKind()
@@ -127,6 +136,11 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
     v1::EvaluateResult result;
     if (!result.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return {};
     return {{"predict", result.predict_s()}};
+  }
+
+  std::vector<JobWait> WaitsOf(std::string_view bytes) const override {
+    const auto input = InputOf<v1::EvaluateInput>(bytes);
+    return input.ok() ? WaitsOfEvaluation(*input) : std::vector<JobWait>();
   }
 
   // ---- Hooks
@@ -313,19 +327,16 @@ absl::Status AddEvaluationsOf(WorkDesk& desk, const EvaluationPlan& plan, int64_
       job.set_max_pairs(plan.spec.max_pairs());
       *job.mutable_group_by() = plan.spec.group_by();
       job.set_threads(plan.threads);
-      std::vector<JobWait> waits;
-      if (train_job != 0) waits.push_back(JobWait::OnJob(train_job));
       if (benchmark == kHeldoutName) {
         input.set_heldout_variant_id(plan.heldout_variant);
         input.set_heldout_pairs(plan.heldout_pairs);
         *job.mutable_heldout() = plan.heldout;
-        waits.push_back(JobWait::OnPairs(plan.heldout_variant, plan.heldout_pairs));
       }
       RETURN_IF_ERROR(desk.AddJob({.kind = "evaluate",
                                    .variant = variant,
                                    .ordinal = (*next_ordinal)++,
                                    .input = DeterministicBytes(input),
-                                   .waits = std::move(waits)})
+                                   .waits = WaitsOfEvaluation(input)})
                           .status());
     }
   }

@@ -68,6 +68,15 @@ absl::StatusOr<std::string> StartOf(const v1::TrainSpec& train) {
   return NetworkTag(hash);
 }
 
+std::vector<JobWait> WaitsOfTraining(const v1::TrainInput& input) {
+  std::vector<JobWait> waits;
+  for (int i = 0; i < input.variant_ids_size(); ++i) {
+    waits.push_back(JobWait::OnPairs(input.variant_ids(i), input.pairs(i)));
+  }
+  if (input.curator_job() != 0) waits.push_back(JobWait::OnJob(input.curator_job()));
+  return waits;
+}
+
 class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
  public:
   TrainKind()
@@ -105,6 +114,11 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
     v1::TrainResult result;
     if (!input.ok() || !UnpackMessage(packed, result).ok()) return 0;
     return result.train_s() * std::max(1, input->job().threads());
+  }
+
+  std::vector<JobWait> WaitsOf(std::string_view bytes) const override {
+    const auto input = InputOf<v1::TrainInput>(bytes);
+    return input.ok() ? WaitsOfTraining(*input) : std::vector<JobWait>();
   }
 
   // ---- Hooks
@@ -159,20 +173,15 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
         const v1::Mixture& set = sets[place];
         ASSIGN_OR_RETURN(v1::TrainInput input, InputFor(desk, study, variants, set, seed));
         input.mutable_job()->set_start(start);
-        std::vector<JobWait> waits;
-        for (int i = 0; i < input.variant_ids_size(); ++i) {
-          waits.push_back(JobWait::OnPairs(input.variant_ids(i), input.pairs(i)));
-        }
         if (set.curated()) {
           ASSIGN_OR_RETURN(const int64_t curator, CuratorOf(set, sets, jobs));
           input.set_curator_job(curator);
-          waits.push_back(JobWait::OnJob(curator));
         }
         ASSIGN_OR_RETURN(const int64_t id, desk.AddJob({.kind = name(),
                                                         .variant = input.variant_ids(0),
                                                         .ordinal = ordinal++,
                                                         .input = DeterministicBytes(input),
-                                                        .waits = std::move(waits)}));
+                                                        .waits = WaitsOfTraining(input)}));
         jobs[static_cast<int>(place)] = id;
         if (!study.has_evaluate()) continue;
         RETURN_IF_ERROR(

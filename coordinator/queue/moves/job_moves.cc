@@ -53,10 +53,25 @@ NewJob JobMoves::NextOf(const JobRow& job) const {
           .generation = job.generation + (tables_.options.unsafe_for_test.keep_generation ? 0 : 1)};
 }
 
+absl::StatusOr<bool> JobMoves::TakeNewKeys(JobRow& job) {
+  const JobKind& kind = tables_.kinds[job.kind];
+  // Pictures are stored under the keys of the release that takes them in.
+  if (kind.traits().of_scene && !kind.traits().begins_scenes) return false;
+  ASSIGN_OR_RETURN(const JobKeys keys, kind.Keys(*this, job));
+  if (keys.work == job.work_key && keys.group == job.group_key) return false;
+  RETURN_IF_ERROR(tables_.jobs.SetKeys(job.id, keys));
+  job.work_key = keys.work;
+  job.group_key = keys.group;
+  // Nobody goes on from what was begun under the old ones.
+  RETURN_IF_ERROR(tables_.folders.SweepUnwanted(tables_.Now()));
+  return true;
+}
+
 absl::Status JobMoves::Settle(int64_t id, bool waits_met) {
-  ASSIGN_OR_RETURN(const JobRow job, tables_.jobs.Get(id));
+  ASSIGN_OR_RETURN(JobRow job, tables_.jobs.Get(id));
   if (IsTerminal(job.state)) return absl::OkStatus();  // Its variant gave up meanwhile.
   if (job.waits_open > 0 && !waits_met) return absl::OkStatus();
+  if (waits_met) RETURN_IF_ERROR(TakeNewKeys(job).status());
   ASSIGN_OR_RETURN(Variant * variant, tables_.ledger.FindVariant(job.variant));
   ASSIGN_OR_RETURN(const JobStanding standing, StandingOf(job));
   switch (standing.state) {

@@ -51,6 +51,9 @@ class JobMoves final : private WorkDesk {
   NewJob NextOf(const JobRow& job) const;
   // Moves a job without a lease to the state where it belongs. `waits_met`: its waits are over.
   absl::Status Settle(int64_t job, bool waits_met = false);
+  // Gives a job without a lease the keys that its work has by now: an upgrade changes them, also
+  // those of what it has waited for. Returns whether they were others; then it must be settled.
+  absl::StatusOr<bool> TakeNewKeys(JobRow& job);
   // Settles the jobs that are BLOCKED on a job whose lease has ended.
   absl::Status ReleaseFollowers(int64_t leader);
   // Blocks READY jobs on a job that is leased now.

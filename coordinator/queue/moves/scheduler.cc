@@ -54,10 +54,15 @@ absl::StatusOr<std::vector<GrantedLease>> Scheduler::Lease(const WorkerFacts& wo
   if (Abilities& now = abilities_[worker.name]; now.memory_mb != worker.memory_mb) {
     now = {worker.kinds, worker.tags, worker.memory_mb};
   }
-  for (int i = 0; i < max_jobs; ++i) {
-    ASSIGN_OR_RETURN(const std::optional<JobRow> job, Choose(taker));
+  while (static_cast<int>(leases.size()) < max_jobs) {
+    ASSIGN_OR_RETURN(std::optional<JobRow> job, Choose(taker));
     if (!job) break;
-    ASSIGN_OR_RETURN(GrantedLease lease, Grant(*job, taker));
+    ASSIGN_OR_RETURN(const bool is_other, jobs_.TakeNewKeys(*job));
+    if (is_other) {
+      RETURN_IF_ERROR(jobs_.Settle(job->id));  // It may be done by now, or another's.
+      continue;
+    }
+    ASSIGN_OR_RETURN(GrantedLease lease, Grant(*std::move(job), taker));
     leases.push_back(std::move(lease));
     for (int& idle : taker.idle_slots) --idle;
   }

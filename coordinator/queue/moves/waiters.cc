@@ -62,8 +62,9 @@ absl::StatusOr<std::vector<const char*>> Waiters::Plan(const std::vector<JobWait
   return states;
 }
 
-absl::StatusOr<std::vector<JobWait>> Waiters::WaitsAgain(int64_t job) {
-  ASSIGN_OR_RETURN(std::vector<JobWait> waits, tables_.waits.Of(job));
+absl::StatusOr<std::vector<JobWait>> Waiters::WaitsAgain(const JobRow& job) {
+  ASSIGN_OR_RETURN(std::vector<JobWait> waits, tables_.waits.Of(job.id));
+  if (waits.empty()) waits = tables_.kinds[job.kind].WaitsOf(job.input);
   for (JobWait& wait : waits) {
     if (wait.on_job == 0) continue;
     ASSIGN_OR_RETURN(const std::optional<JobRow> newest, tables_.jobs.FindNewest(wait.on_job));

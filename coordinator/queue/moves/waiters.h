@@ -32,8 +32,10 @@ class Waiters {
   // Sets the state of a new job with waits: BLOCKED, or CANCELLED if it would wait in vain. Returns
   // the states of its rows, in the order of `waits`.
   absl::StatusOr<std::vector<const char*>> Plan(const std::vector<JobWait>& waits, JobRow& job);
-  // Returns the waits of a job, for the newest generations of the jobs that it waited for.
-  absl::StatusOr<std::vector<JobWait>> WaitsAgain(int64_t job);
+  // Returns the waits of a job's next generation: for the newest generations of the jobs that it
+  // waited for. Neither the archive nor a job that took an older result keeps rows of them: then
+  // the kind knows.
+  absl::StatusOr<std::vector<JobWait>> WaitsAgain(const JobRow& job);
   // Returns whether a job that waited for pairs or networks, some of which may have been taken
   // back, has all of them.
   absl::StatusOr<bool> HasWhatItWaitedFor(const JobRow& job);

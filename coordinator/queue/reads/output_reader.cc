@@ -79,12 +79,20 @@ class CommittedResults final : public ResultReader {
 
   absl::StatusOr<std::string> ResultWaitedFor(int64_t job) override {
     return readers_.Get(0, [&](SqliteConnection& db) -> absl::StatusOr<std::string> {
+      ASSIGN_OR_RETURN(const auto awaited,
+                       db.Integer("SELECT on_job FROM waits WHERE job_id = ?1 AND state = 'MET'"
+                                  " AND on_job IS NOT NULL",
+                                  job));
+      // If it was damaged, a later generation has made it again, after an upgrade under another
+      // key.
       SqliteQuery query(db,
-                        "SELECT r.bytes FROM waits AS w LEFT JOIN jobs AS j ON j.id = w.on_job"
-                        " LEFT JOIN archived_jobs AS a ON a.id = w.on_job"
-                        " JOIN results AS r ON r.work_key = coalesce(j.work_key, a.work_key)"
-                        " WHERE w.job_id = ?1 AND w.state = 'MET' AND r.bytes IS NOT NULL",
-                        job);
+                        "SELECT r.bytes FROM all_jobs AS j JOIN all_jobs AS n"
+                        " ON n.variant_id = j.variant_id AND n.ordinal = j.ordinal"
+                        " AND n.kind = j.kind AND n.rigs = j.rigs"
+                        " JOIN results AS r ON r.work_key = n.work_key"
+                        " WHERE j.id = ?1 AND r.bytes IS NOT NULL"
+                        " ORDER BY n.generation DESC LIMIT 1",
+                        awaited.value_or(0));
       RETURN_IF_ERROR(FirstRow(query, fmt::format("result that job {} waited for", job)));
       return std::string(query.Blob(0));
     });

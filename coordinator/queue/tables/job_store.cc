@@ -266,6 +266,13 @@ absl::Status JobStore::SetInput(int64_t id, const std::string& input) {
       id, JobState::kLeased);
 }
 
+absl::Status JobStore::SetKeys(int64_t id, const JobKeys& keys) {
+  return Moved(db_.Run("UPDATE jobs SET work_key = ?2, group_key = ?3"
+                       " WHERE id = ?1 AND state IN ('READY', 'BLOCKED')",
+                       id, keys.work, keys.group),
+               id, JobState::kReady);
+}
+
 absl::Status JobStore::ShrinkReady(int64_t id, const std::string& rigs, uint32_t rig_count,
                                    const Sha256Digest& work_key) {
   return Moved(db_.Run("UPDATE jobs SET rigs = ?2, rig_count = ?3, work_key = ?4"

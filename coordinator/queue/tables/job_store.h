@@ -91,6 +91,8 @@ class JobStore {
 
   // Changes the input of a LEASED job, whose lease is about to end.
   absl::Status SetInput(int64_t id, const std::string& input);
+  // Gives a READY or BLOCKED job other keys.
+  absl::Status SetKeys(int64_t id, const JobKeys& keys);
   // Leaves a READY job only these rigs, because it gave others to new jobs.
   absl::Status ShrinkReady(int64_t id, const std::string& rigs, uint32_t rig_count,
                            const Sha256Digest& work_key);

@@ -9,6 +9,7 @@
 #include "coordinator/queue/database/page_checksum.h"
 #include "coordinator/queue/database_tools.h"
 #include "queue_fixture.h"
+#include "tests/faults/simulate/power_cut_vfs.h"
 
 namespace parallax {
 namespace {
@@ -153,6 +154,28 @@ TEST_F(DamageTest, ADiskThatErrsInAnAuditIsNoDamage) {
     EXPECT_THAT(*(*queue)->Check(), testing::IsEmpty());
   }
   sqlite3_vfs_unregister(&vfs);
+}
+
+TEST_F(DamageTest, AFirstStartWhoseDiskErrsOnceSaysSoInOneLineAndTheNextOneRecovers) {
+  faults::RegisterPowerCutVfs();
+  JobQueueOptions options = options_;
+  options.vfs = faults::kPowerCutVfs;
+  options.own_threads = false;  // The errors that come after it are no matter of the start.
+  int refused = 0;
+  for (int64_t at = 1; at < 3000; at = at < 60 ? at + 1 : at * 5 / 4) {
+    options.db_path = dir_ + "/first-" + std::to_string(at) + ".db";
+    faults::SetVfsPlan({.errors = {.at = at, .reads = true}});
+    const absl::Status status = JobQueue::Open(options).status();
+    if (status.ok()) continue;
+    ++refused;
+    EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable) << at << ": " << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr("disk I/O error"));
+    faults::SetVfsPlan({});
+    const absl::Status again = JobQueue::Open(options).status();
+    EXPECT_TRUE(again.ok()) << at << ": " << again;
+  }
+  EXPECT_GT(refused, 40);
+  faults::SetVfsPlan({});
 }
 
 // As the disk's errors make a start do.

@@ -177,6 +177,80 @@ TEST_F(RepairTest, ANetworkThatIsDamagedIsTrainedAgainBeforeItIsScored) {
   ExpectSound();
 }
 
+TEST_F(RepairTest, ScoresOfAnArchivedStudyAreMadeAgainAfterTheirNetwork) {
+  options_.archive_after_s = 1000;
+  Reopen();
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  request.mutable_study()->mutable_evaluate()->add_benchmarks("shipped");
+  const StudyId study = SubmitRequest(request);
+  MakePairs();
+  TrainAll();
+  EvaluateAll();
+  Submit({.name = "new", .seed = 2});
+  clock_.Advance(2000);
+  for (int i = 0; i < 5; ++i) Tick();
+  ASSERT_TRUE(*queue_->IsArchived(study));
+  EXPECT_EQ(TakeBack({OutputWith("scores.jsonl"), OutputWith("step-100.pt")}).jobs, 2);
+  EXPECT_THAT(Lease(Evaluator("e"), 9), IsEmpty());
+  TrainAll();
+  EvaluateAll();
+  EXPECT_EQ(State(study), v1::STUDY_STATE_SUCCEEDED);
+}
+
+TEST_F(RepairTest, ReusedScoresAreMadeAgainAfterTheirNetwork) {
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  request.mutable_study()->mutable_evaluate()->add_benchmarks("shipped");
+  const StudyId one = SubmitRequest(request);
+  MakePairs();
+  TrainAll();
+  EvaluateAll();
+  request.mutable_study()->set_name("two");
+  const StudyId two = SubmitRequest(request);
+  ASSERT_EQ(State(two), v1::STUDY_STATE_SUCCEEDED);
+  EXPECT_EQ(TakeBack({OutputWith("scores.jsonl"), OutputWith("step-100.pt")}).jobs, 4);
+  EXPECT_THAT(Lease(Evaluator("e"), 9), IsEmpty());
+  TrainAll();
+  EvaluateAll();
+  EXPECT_EQ(State(one), v1::STUDY_STATE_SUCCEEDED);
+  EXPECT_EQ(State(two), v1::STUDY_STATE_SUCCEEDED);
+}
+
+TEST_F(RepairTest, ANetworkThatTheNextReleaseTrainsAgainIsScoredAndItsScoresAreItsOwn) {
+  v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
+  request.mutable_study()->mutable_evaluate()->add_benchmarks("shipped");
+  const StudyId study = SubmitRequest(request);
+  MakePairs();
+  TrainAll();
+  options_.versions.train = "next";
+  Reopen();
+  EXPECT_EQ(TakeBack({OutputWith("step-100.pt")}).jobs, 1);
+  const v1::Lease training = LeaseOne(Trainer("t"));
+  EXPECT_EQ(Complete(TrainAnswer(training, "t")), v1::REPORT_OUTCOME_OK);
+  const v1::Lease scoring = LeaseOne(Evaluator("e"));
+  EXPECT_EQ(EvaluateJobOf(scoring).checkpoint_path(), AttemptFolderOf(training) + "/step-100.pt");
+  EXPECT_EQ(Complete(EvaluateAnswer(scoring, "e")), v1::REPORT_OUTCOME_OK);
+  EXPECT_EQ(State(study), v1::STUDY_STATE_SUCCEEDED);
+  // An equal study finds the network and its scores under their keys.
+  request.mutable_study()->set_name("again");
+  const StudyId again = SubmitRequest(request);
+  Tick();
+  EXPECT_EQ(State(again), v1::STUDY_STATE_SUCCEEDED);
+}
+
+TEST_F(RepairTest, ATrainingThatAnUpgradeFindsReadyHasTheKeyOfTheNextRelease) {
+  const StudyId study = SubmitRequest(Request({.pairs = 2, .variants = {"wide"}}));
+  MakePairs();
+  const v1::Lease before = LeaseOne(Trainer("t"));
+  options_.versions.train = "next";
+  Reopen();
+  const v1::Lease after = LeaseOne(Trainer("t"));
+  EXPECT_EQ(after.attempt().job_id(), before.attempt().job_id());
+  EXPECT_NE(after.store_prefix(), before.store_prefix());
+  ExpectSound();  // Also of the folder that the first attempt has left.
+  EXPECT_EQ(Complete(TrainAnswer(after, "t")), v1::REPORT_OUTCOME_OK);
+  EXPECT_EQ(State(study), v1::STUDY_STATE_SUCCEEDED);
+}
+
 TEST_F(RepairTest, ACancelledStudyLacksANetworkThatAnotherStudyMakesAgain) {
   v1::SubmitRequest request = Request({.pairs = 2, .variants = {"wide"}});
   request.mutable_study()->mutable_evaluate()->add_benchmarks("shipped");

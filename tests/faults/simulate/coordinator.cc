@@ -90,8 +90,7 @@ absl::Status SimCoordinator::Pass(const std::string& command, int step) {
 void SimCoordinator::Start() {
   if (is_up() || refused_) return;
   if (++lives_ > kMostStarts) return model_.Complain("the coordinator starts again and again");
-  const double upgrade_at_s = world_.knobs.upgrade_at_s;
-  release_ = upgrade_at_s > 0 && world_.schedule.now() >= upgrade_at_s ? 1 : 0;
+  release_ = world_.upgraded ? 1 : 0;
   SetVfsPlan(DrawPlan());
   model_.Starts();
   absl::Status status;

@@ -34,8 +34,8 @@ struct Knobs {
   // When it is killed more often than a lease lasts, for many leases, and one worker with it; 0:
   // never.
   double crash_loop_at_s = 0;
-  // When its machine gets the next release, whose pictures are others; 0: never. Workers get it one
-  // by one, some before.
+  // From when on its machine gets the next release, whose pictures are others, as soon as a report
+  // is on its way; 0: never. Workers get it one by one, some before.
   double upgrade_at_s = 0;
 
   // The network.

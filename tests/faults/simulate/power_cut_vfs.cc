@@ -212,6 +212,8 @@ int Delete(sqlite3_vfs* vfs, const char* name, int sync_folder) {
 void RegisterPowerCutVfs() {
   static sqlite3_vfs vfs;
   if (vfs.pAppData != nullptr) return;
+  // As SqliteConnection does, but before SQLite begins, which it does here.
+  sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0);
   vfs = VfsOver<CutFile>(sqlite3_vfs_find(nullptr), kPowerCutVfs, Open);
   vfs.xDelete = Delete;
   sqlite3_vfs_register(&vfs, 0);

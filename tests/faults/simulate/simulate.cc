@@ -46,6 +46,8 @@ const NamedMutation kMutations[] = {
     {"forget-unfinished", {.queue = {.forget_unfinished = true}}},
     {"archive-newest", {.queue = {.archive_newest = true}}},
     {"hear-at-start", {.queue = {.hear_at_start = true}}},
+    {"any-version", {.queue = {.any_version = true}}},
+    {"any-worker", {.any_worker = true}},
     {"no-acknowledging", {.no_acknowledging = true}},
     {"sizes-only", {.sizes_only = true}},
     {"no-outbox", {.no_outbox = true}},

@@ -51,9 +51,7 @@ class Run {
     if (consumer_ != nullptr) consumer_->Start();
     if (searcher_ != nullptr) searcher_->Start();
     if (world_.knobs.upgrade_at_s > 0) {
-      world_.schedule.After(world_.knobs.upgrade_at_s, [this] {
-        if (coordinator_.is_up()) coordinator_.Die(/*power_cut=*/false);
-      });
+      world_.schedule.After(world_.knobs.upgrade_at_s, [this] { Upgrade(); });
     }
     if (world_.knobs.store_lie_every_s > 0 && world_.knobs.has_files) LieLater();
     if (world_.knobs.crash_loop_at_s > 0) {
@@ -64,6 +62,7 @@ class Run {
                             [&worker] { worker->Start(); });
     }
     RunUntil(world_.knobs.faults_s);
+    if (world_.knobs.upgrade_at_s > 0) Upgrade(/*at_once=*/true);
     world_.story.Tell("the faults are over");
     world_.has_faults = false;
     coordinator_.Mend();
@@ -92,6 +91,23 @@ class Run {
       world_.story.Tell("the store: {}", coordinator_.disk().Lie(world_.dice));
       LieLater();
     });
+  }
+
+  // As soon as a worker has a report without an answer, unless it is to be at once. The worker
+  // comes back soon, mostly with the same release as the coordinator.
+  void Upgrade(bool at_once = false) {
+    if (world_.upgraded || !goes_on()) return;
+    const double lease_s = world_.knobs.queue.lease_s;
+    const auto reports = std::find_if(workers_.begin(), workers_.end(), [](const auto& worker) {
+      return worker->is_up() && worker->pending() > 0;
+    });
+    if (reports == workers_.end() && !at_once) {
+      return world_.schedule.After(lease_s / 100, [this] { Upgrade(); });
+    }
+    world_.upgraded = true;
+    world_.story.Tell("the coordinator's machine has the next release");
+    if (reports != workers_.end()) (*reports)->Die("is killed, with its coordinator", lease_s / 10);
+    if (coordinator_.is_up()) coordinator_.Die(/*power_cut=*/false);
   }
 
   // As soon as a worker has jobs that may go on.

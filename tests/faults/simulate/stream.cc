@@ -90,9 +90,11 @@ void SimStream::Handle(v1::WorkerMessage message) {
 void SimStream::Join(v1::Hello hello) {
   const absl::Status status = CheckHello(hello, coordinator_.queue().kinds());
   if (!status.ok()) return GoOn(status);
-  const auto notes =
-      DropKindsOfOtherVersions(coordinator_.versions(), coordinator_.queue().kinds(), hello);
-  if (!notes.ok()) return GoOn(notes.status());
+  if (!world_.mutation.any_worker) {
+    const auto notes =
+        DropKindsOfOtherVersions(coordinator_.versions(), coordinator_.queue().kinds(), hello);
+    if (!notes.ok()) return GoOn(notes.status());
+  }
   worker_ = hello.name();
   coordinator_.pool().Run([self = shared_from_this(), this, hello = std::move(hello)] {
     const std::vector<v1::AttemptId> holding(hello.holding().begin(), hello.holding().end());

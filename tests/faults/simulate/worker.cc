@@ -99,9 +99,8 @@ void SimWorker::Start() {
 }
 
 int SimWorker::DrawRelease() {
-  const double upgrade_at_s = world_.knobs.upgrade_at_s;
-  if (upgrade_at_s <= 0 || !world_.has_faults) return upgrade_at_s > 0 ? 1 : 0;
-  return dice_.Bernoulli(world_.schedule.now() < upgrade_at_s ? 0.1 : 0.7) ? 1 : 0;
+  if (world_.knobs.upgrade_at_s <= 0 || !world_.has_faults) return world_.upgraded ? 1 : 0;
+  return dice_.Bernoulli(world_.upgraded ? 0.7 : 0.1) ? 1 : 0;
 }
 
 void SimWorker::Die(const char* how, double away_s) {

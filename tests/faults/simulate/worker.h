@@ -32,6 +32,7 @@ class SimWorker {
   // back at once.
   void Mend();
   const std::string& name() const { return name_; }
+  bool is_up() const { return process_ != nullptr; }
   // Returns how many of the attempts that ended here have no definitive answer.
   size_t pending() const { return unanswered_.size(); }
   // Returns the attempts that it runs.

@@ -19,6 +19,7 @@ struct Mutation {
   bool no_outbox = false;         // A worker's process takes its unanswered reports with it.
   bool send_once = false;         // A worker sends a report once.
   bool remove_early = false;      // A report leaves the outbox when it is sent.
+  bool any_worker = false;        // Workers of other releases get all kinds of jobs.
 };
 
 struct World {
@@ -47,6 +48,7 @@ struct World {
   Story story;
   Rng dice;                // For everything that is drawn while the run goes on.
   bool has_faults = true;  // Until the faults stop.
+  bool upgraded = false;   // The coordinator's machine has the next release.
 };
 
 // The way between one machine and the coordinator. Each direction may be closed for a while;

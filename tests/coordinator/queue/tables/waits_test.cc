@@ -63,6 +63,18 @@ class WaitsTest : public QueueTest {
   const KindRegistry kinds_;
 };
 
+TEST_F(WaitsTest, AJobThatNoWorkerCanBeToldOfFails) {
+  plan = [](WorkDesk& desk, const v1::StudySpec&, std::span<const int64_t> variants) {
+    return desk.AddJob({.kind = "noop", .variant = variants[0], .input = "?"}).status();
+  };
+  const StudyId study = Submit();
+  EXPECT_THAT(Lease(Idler("w")), testing::IsEmpty());
+  Tick();
+  EXPECT_THAT(Noops(study), ElementsAre("FAILED"));
+  EXPECT_EQ(ErrorOf(study, "FAILED"),
+            "its worker can't be told what to do: an input without meaning");
+}
+
 TEST_F(WaitsTest, AJobIsReadyWhenTheVariantHasItsPairsAndNotBefore) {
   const StudyId study = Submit({.pairs = 4, .rigs_per_scene = 2});
   EXPECT_THAT(Noops(study), ElementsAre("BLOCKED", "BLOCKED"));

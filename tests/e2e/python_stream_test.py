@@ -287,9 +287,9 @@ class LocalFarmTest(unittest.TestCase):
     def processes(self):
         """Processes of this test's farm: its command and its workers have the folder in their arguments."""
         found = {}
-        for entry in Path("/proc").iterdir():
+        for entry in Path("/proc").glob("[0-9]*"):
             try:
-                words = (entry / "cmdline").read_bytes().decode().split("\0") if entry.name.isdigit() else []
+                words = (entry / "cmdline").read_bytes().decode().split("\0")
             except OSError:
                 continue
             if Path(words[0]).name in ("parallax", "worker") and any(str(self.out) in word for word in words):

@@ -33,7 +33,7 @@ class LocalFarm:
             self._process = subprocess.Popen(command + (["--out", os.fspath(out)] if out is not None else []),
                                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._log,
                                              start_new_session=True)
-            self.close = weakref.finalize(self, _end, self._process, os.getpid())
+            self.close = weakref.finalize(self, _end, self._process, self._log, os.getpid())
             with self._process.stdout as stdout:  # type: ignore[union-attr]
                 line = stdout.readline()
         if not line:
@@ -52,7 +52,8 @@ class LocalFarm:
         raise ParallaxError(text or f"the local farm ended with status {code}", code if code > 0 else ParallaxError.FAILED)
 
 
-def _end(process: "subprocess.Popen[Any]", owner: int) -> None:
+def _end(process: "subprocess.Popen[Any]", log: IO[bytes], owner: int) -> None:
+    log.close()
     if os.getpid() != owner:  # A fork of the process that has the farm.
         return
     process.terminate()

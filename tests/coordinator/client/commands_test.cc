@@ -371,9 +371,9 @@ TEST_F(CommandTest, ThePlanOfAStreamSaysWhatTheDiskHolds) {
   const Outcome plan = RunCommand({"plan", "endless"});
   EXPECT_EQ(plan.exit_code, kExitOk) << plan.err;
   EXPECT_THAT(plan.out,
-              HasSubstr("Endless: that is its first chunk; at most 3 chunks (720 pairs, "));
+              HasSubstr("Endless: that is its first chunk; at most 4 chunks (960 pairs, "));
   const Outcome json = RunCommand({"plan", "endless", "--json"});
-  EXPECT_EQ(nlohmann::json::parse(json.out)["stream"]["chunks_kept"], 3);
+  EXPECT_EQ(nlohmann::json::parse(json.out)["stream"]["chunks_kept"], 4);
 }
 
 TEST_F(CommandTest, AStreamWithoutACoordinatorIsRefusedBeforeAFolderIsMade) {

@@ -132,7 +132,6 @@ TEST_F(CurateCommandTest, MistakesAreOneLine) {
     std::vector<std::string> arguments;
     const char* wanted;
   } cases[] = {
-      {{dir_}, "training has no network"},
       {{dir_, "--checkpoint", "nothing.pt"}, "nothing.pt: no such file"},
       {{dir_, "--checkpoint", dir_}, "no such file"},
       {{dir_, "--variant", "c", "--checkpoint", Network("n.pt", 0)}, "no variant \"c\""},

@@ -82,7 +82,8 @@ TEST(Plan, LandscapesCostMoreThanRoomsByTheirBuildAndTheirTracing) {
 
 TEST(Plan, LayoutsArePricedByTheSolversModeAndTheRooms) {
   const auto solve_s = [](const std::string& set) {
-    const auto study = ParseStudy("study: s\npairs: 1\nset: {" + set + "}\n", "s.yaml");
+    const auto study = ParseStudy(
+        "study: s\nbase: indoor\npairs: 1\nset: {" + set + "}\nvariants: [{name: a}]\n", "s.yaml");
     EXPECT_TRUE(study.ok()) << study.status();
     return study.ok() ? PlanStudy(*study, 1)->total.solve_core_s : 0;
   };

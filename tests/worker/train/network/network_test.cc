@@ -133,7 +133,9 @@ TEST(Convolution, TrainingAgreesWithPredictionToTheBitsOfItsType) {
       EXPECT_EQ(exact.scalar_type(), torch::kFloat);
       EXPECT_EQ(seen.sizes(), exact.sizes());
       EXPECT_LT((seen - exact).norm().item<double>(), 0.01 * exact.norm().item<double>());
-      if (c.shape.out == 1) EXPECT_TRUE(torch::equal(seen, exact));
+      if (c.shape.out == 1) {
+        EXPECT_TRUE(torch::equal(seen, exact));
+      }
     }
     // The same by torch's own derivative in float32.
     const auto all = [&](int64_t value) {

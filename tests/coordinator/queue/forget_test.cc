@@ -63,9 +63,9 @@ class Forget : public TrainQueueTest {
     sqlite3* db = nullptr;
     EXPECT_EQ(sqlite3_open(options_.db_path.c_str(), &db), SQLITE_OK);
     int64_t rows = 0;
-    for (const char* table :
-         {"frames", "results", "scenes", "jobs", "archived_jobs", "variants", "study_results",
-          "job_counts", "taken_back", "waits", "kept_folders", "attempt_losses", "archived_losses"}) {
+    for (const char* table : {"frames", "results", "scenes", "jobs", "archived_jobs", "variants",
+                              "study_results", "job_counts", "taken_back", "waits", "kept_folders",
+                              "attempt_losses", "archived_losses"}) {
       const std::string sql = std::string("SELECT count(*) FROM ") + table;
       sqlite3_stmt* statement = nullptr;
       EXPECT_EQ(sqlite3_prepare_v2(db, sql.c_str(), -1, &statement, nullptr), SQLITE_OK) << sql;

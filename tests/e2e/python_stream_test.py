@@ -86,7 +86,13 @@ import sys
 from parallax_data import ParallaxError, stream
 study, out = sys.argv[1:]
 def take(most):
-    for count, pair in enumerate(stream(study, workers=1, out=out), 1):
+    pairs = stream(study, workers=1, out=out)
+    try:
+        take_from(pairs, most)
+    finally:
+        pairs.close()
+def take_from(pairs, most):
+    for count, pair in enumerate(pairs, 1):
         print(f"{pair.frame.index['chunk']}/{pair.frame.key}")
         if most and count == most:
             return

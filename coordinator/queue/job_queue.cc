@@ -166,7 +166,7 @@ absl::Status JobQueue::Impl::Open() {
   hooks.tick = [this] { return upkeep_->Tick(); };
   hooks.due = [this] { return upkeep_->IsDue(); };
   if (options_.own_timer) hooks.tick_s = std::clamp(options_.lease_s / 20, 0.01, 0.5);
-  // From here on the connection is the writing thread's: it may make scenes at once.
+  // The writing thread may use the connection at once, to make scenes; this thread no longer does.
   writer_ = std::make_unique<Writer>(*db_, *machine_, options_, std::move(hooks));
   if (others.empty() || options_.unsafe_for_test.any_version) return absl::OkStatus();
   return Do("worker_lost", [&](Machine& machine) { return machine.reports().EndEarlier(others); });

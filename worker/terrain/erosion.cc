@@ -276,7 +276,7 @@ void ErodeByGravity(Field& height, Field& deposit, const ThermalOptions& options
         slides[here] = {lowest, 0.25f * excess};
       }
     });
-    // In order, because sums depend on it.
+    // Slides are added in their order, because sums depend on it.
     for (size_t i = 0; i < slides.size(); ++i) {
       if (slides[i].amount <= 0) continue;
       change[i] -= slides[i].amount;

@@ -122,7 +122,7 @@ class GroundMesh {
   int side_ = 0;  // Side of the root, in units.
   float longest_edge_px_ = 0;
   std::vector<Node> nodes_;
-  std::unordered_map<uint64_t, uint32_t> numbers_;  // Of vertices; empty after construction.
+  std::unordered_map<uint64_t, uint32_t> numbers_;  // Vertices' numbers by place; empty once made.
   std::vector<Vertex> vertices_;                    // By number; empty after construction.
   std::vector<Vec2f> plan_;  // Positions in plan before StandOut; empty: unchanged.
   Mesh mesh_;

@@ -308,7 +308,7 @@ void RegisterStream(Registry& registry) {
   CLI::Option* workers =
       command
           ->add_option("--workers", options->workers,
-                       "Needs no coordinator: so many workers on this machine make the pairs until "
+                       "Needs no coordinator: N workers on this machine make the pairs until "
                        "Ctrl-C, or until the reader of --tar ends")
           ->check(CLI::Range(1, 256));
   workers->needs(study)->excludes(close);

@@ -56,7 +56,8 @@ absl::Status Configure(SqliteConnection& db, bool writer) {
   // Closing removes no log that is noted as needed: PutLogAway does.
   sqlite3_db_config(db.raw(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
   sqlite3_busy_timeout(db.raw(), writer ? 0 : 1000);
-  // To its end: it says "wal" first, and commits then, which is where a disk may err.
+  // Execute runs the statement to its end: SQLite returns "wal" first and commits then, where a
+  // disk may err.
   if (writer) RETURN_IF_ERROR(db.Execute("PRAGMA journal_mode = WAL"));
   RETURN_IF_ERROR(db.Execute(
       "PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON; PRAGMA trusted_schema = OFF;"

@@ -62,7 +62,7 @@ absl::StatusOr<bool> JobMoves::TakeNewKeys(JobRow& job) {
   RETURN_IF_ERROR(tables_.jobs.SetKeys(job.id, keys));
   job.work_key = keys.work;
   job.group_key = keys.group;
-  // Nobody goes on from what was begun under the old ones.
+  // Attempts under the old keys are not resumed.
   RETURN_IF_ERROR(tables_.folders.SweepUnwanted(tables_.Now()));
   return true;
 }

@@ -400,7 +400,7 @@ TEST_F(ExtendedSearchTest, AFieldOfAnotherFilesSpaceIsRemovedByNull) {
   ASSERT_TRUE(fewer.ok()) << fewer.status();
   EXPECT_THAT(paths(fewer->search()),
               ElementsAre("materials.mode", "materials.diffuse_material", "floating.size_m"));
-  // What is removed may be searched again, and stands behind the others then.
+  // A removed field may be added again; it then comes last.
   ASSERT_TRUE(WriteFile(dir_ + "/fewer.yaml",
                         "extends: camera.yaml\nsearch: {space: {floating.count: null}}\n")
                   .ok());

@@ -41,14 +41,17 @@ struct Tally {
   std::map<std::string, int> lacking;  // Scenes without what their table asks for exactly so often.
 };
 
-using Model = fcl::BVHModel<fcl::OBBf>;
+// Doubles, for which FCL's library holds what would else be compiled here, for minutes.
+using Model = fcl::BVHModel<fcl::OBBd>;
 
 std::shared_ptr<Model> ModelOf(const Mesh& mesh) {
   auto model = std::make_shared<Model>();
+  std::vector<fcl::Vector3d> positions;
+  for (const Vec3f& p : mesh.positions) positions.push_back(p.cast<double>());
   std::vector<fcl::Triangle> triangles;
   for (const Triangle& t : mesh.triangles) triangles.emplace_back(t.a, t.b, t.c);
   model->beginModel();
-  model->addSubModel(mesh.positions, triangles);
+  model->addSubModel(positions, triangles);
   model->endModel();
   return model;
 }
@@ -115,10 +118,10 @@ class Checker {
   }
 
   // Furniture is turned and moved, never scaled.
-  static fcl::Transform3f RigidOf(const Eigen::Affine3f& place) {
-    fcl::Transform3f rigid = fcl::Transform3f::Identity();
-    rigid.linear() = place.linear();
-    rigid.translation() = place.translation();
+  static fcl::Transform3d RigidOf(const Eigen::Affine3f& place) {
+    fcl::Transform3d rigid = fcl::Transform3d::Identity();
+    rigid.linear() = place.linear().cast<double>();
+    rigid.translation() = place.translation().cast<double>();
     return rigid;
   }
 
@@ -138,10 +141,10 @@ class Checker {
         if (!a.object->part().empty() && !b.object->part().empty()) continue;
         if (a.object->relation() == "under" || b.object->relation() == "under") continue;
         if (!a.box.intersects(b.box)) continue;
-        fcl::CollisionObjectf first(ModelFor(a), RigidOf(a.place)),
+        fcl::CollisionObjectd first(ModelFor(a), RigidOf(a.place)),
             second(ModelFor(b), RigidOf(b.place));
-        fcl::CollisionRequestf request;
-        fcl::CollisionResultf result;
+        fcl::CollisionRequestd request;
+        fcl::CollisionResultd result;
         fcl::collide(&first, &second, request, result);
         if (!result.isCollision()) continue;
         ++count;

@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-void ExpectIntrinsics(const Intrinsics& k, double fx, double fy, double cx, double cy) {
+void ExpectRobotIntrinsics(const Intrinsics& k, double fx, double fy, double cx, double cy) {
   EXPECT_EQ(k.fx_px, fx);
   EXPECT_EQ(k.fy_px, fy);
   EXPECT_EQ(k.cx_px, cx);
@@ -57,7 +57,7 @@ TEST(RobotFiles, KalibrsCamchainIsARawPair) {
   EXPECT_EQ(calibration->width_px, 640);
   EXPECT_NEAR(*calibration->baseline_m, 0.0501, 1e-9);
   ASSERT_TRUE(calibration->raw);
-  ExpectIntrinsics((*calibration->raw)[1].k, 386.0, 385.9, 319.4, 239.8);
+  ExpectRobotIntrinsics((*calibration->raw)[1].k, 386.0, 385.9, 319.4, 239.8);
   EXPECT_EQ((*calibration->raw)[0].lens.model, LensDistortion::Model::kBrownConrady);
   EXPECT_EQ((*calibration->raw)[1].lens.c[0], 0.002);
   std::string fisheye = Replaced(kCamchain, "model: radtan", "model: equidistant");
@@ -95,10 +95,10 @@ TEST(RobotFiles, TheTwoFilesOfRosAreOnePair) {
     const auto calibration = ParseCalibration(*text, name);
     ASSERT_TRUE(calibration.ok()) << calibration.status();
     EXPECT_EQ(calibration->format, "ros");
-    ExpectIntrinsics(calibration->rectified, 400.5, 400.5, 320.2, 238.1);
+    ExpectRobotIntrinsics(calibration->rectified, 400.5, 400.5, 320.2, 238.1);
     EXPECT_NEAR(*calibration->baseline_m, 24.03 / 400.5, 1e-9);
     ASSERT_TRUE(calibration->raw);
-    ExpectIntrinsics((*calibration->raw)[1].k, 430.1, 430.4, 310.5, 237.8);
+    ExpectRobotIntrinsics((*calibration->raw)[1].k, 430.1, 430.4, 310.5, 237.8);
   }
   std::filesystem::remove(dir + "left.yaml");
   const auto right =
@@ -192,7 +192,7 @@ TEST(RobotFiles, ShortNamesOfIntrinsicsDo) {
           "baseline_m": 0.12})",
       "f");
   ASSERT_TRUE(calibration.ok()) << calibration.status();
-  ExpectIntrinsics(calibration->rectified, 600, 601, 320, 240);
+  ExpectRobotIntrinsics(calibration->rectified, 600, 601, 320, 240);
   EXPECT_NEAR(*calibration->baseline_m, 0.12, 1e-12);
 }
 

@@ -9,7 +9,7 @@
 namespace parallax {
 namespace {
 
-v1::Distribution Parsed(const std::string& yaml) {
+v1::Distribution ParsedDistribution(const std::string& yaml) {
   const auto config = ParseSceneConfig("rigs: {altitude_m: " + yaml + "}", "d");
   EXPECT_TRUE(config.ok()) << config.status();
   return config->rigs().altitude_m();
@@ -38,7 +38,8 @@ TEST(Draw, GivesTheInverseOfTheDistributionFunction) {
       {"{clip_gaussian: [9, 1e-3, 5, 6]}", 0.5, 6},
   };
   for (const auto& row : rows) {
-    EXPECT_NEAR(Draw(Parsed(row.yaml), row.u), row.want, 1e-12) << row.yaml << " at " << row.u;
+    EXPECT_NEAR(Draw(ParsedDistribution(row.yaml), row.u), row.want, 1e-12)
+        << row.yaml << " at " << row.u;
   }
   v1::Distribution coin;
   coin.mutable_bernoulli()->set_p(0.3);
@@ -80,7 +81,7 @@ TEST(Draw, EveryKindHasItsMeanAndStaysInItsSupport) {
               {"{choice: [1, 2, 6]}", 3},
               {"{clip_gaussian: [2, 0.4, 1, 3]}", 2}};
   for (const auto& row : rows) {
-    const v1::Distribution d = Parsed(row.yaml);
+    const v1::Distribution d = ParsedDistribution(row.yaml);
     const Support support = SupportOf(d);
     Rng rng(SceneSeed{3}, row.yaml);
     double sum = 0;

@@ -12,17 +12,18 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-const char kStudy[] = "study: s\npairs: 4\nrigs_per_scene: 4\nvariants: [{name: a}]\n";
+const char kNotifyStudy[] = "study: s\npairs: 4\nrigs_per_scene: 4\nvariants: [{name: a}]\n";
 const char kUrl[] = "https://hooks.example.com/T0/secret";
 
-std::string ErrorOf(const std::string& more) {
-  const auto study = ParseStudy(kStudy + more, "s.yaml");
+std::string NotifyError(const std::string& more) {
+  const auto study = ParseStudy(kNotifyStudy + more, "s.yaml");
   return study.ok() ? "" : std::string(study.status().message());
 }
 
 TEST(NotifyStudyTest, AnAddressAndItsEventsAreReadAndWritten) {
   const auto study = ParseStudy(
-      kStudy + std::string("notify:\n  url: ") + kUrl + "\n  on: [failed, waits]\n", "s.yaml");
+      kNotifyStudy + std::string("notify:\n  url: ") + kUrl + "\n  on: [failed, waits]\n",
+      "s.yaml");
   ASSERT_TRUE(study.ok()) << study.status();
   EXPECT_EQ(study->notify().url(), kUrl);
   EXPECT_THAT(study->notify().on(), ElementsAre("failed", "waits"));
@@ -33,17 +34,17 @@ TEST(NotifyStudyTest, AnAddressAndItsEventsAreReadAndWritten) {
 }
 
 TEST(NotifyStudyTest, WhatIsWrongIsNamedWithoutTheAddress) {
-  EXPECT_THAT(ErrorOf("notify: {on: [done]}\n"),
+  EXPECT_THAT(NotifyError("notify: {on: [done]}\n"),
               HasSubstr("s.yaml:5: notify.url: missing, allowed is http://HOST/..."));
-  const std::string bad = ErrorOf("notify:\n  url: ftp://host/secret\n");
+  const std::string bad = NotifyError("notify:\n  url: ftp://host/secret\n");
   EXPECT_THAT(bad, HasSubstr("s.yaml:6: notify.url: is no address, allowed is http://HOST/..."));
   EXPECT_THAT(bad, Not(HasSubstr("secret")));
-  EXPECT_THAT(ErrorOf("notify: {url: http:///x}\n"), HasSubstr("s.yaml:5: notify.url: is no"));
-  EXPECT_THAT(ErrorOf("notify: {url: \"http://host/\\x78\"}\n"),
+  EXPECT_THAT(NotifyError("notify: {url: http:///x}\n"), HasSubstr("s.yaml:5: notify.url: is no"));
+  EXPECT_THAT(NotifyError("notify: {url: \"http://host/\\x78\"}\n"),
               HasSubstr("s.yaml:5: notify.url: written with escapes"));
-  EXPECT_THAT(ErrorOf("notify:\n  url: http://host/\n  on: [doen]\n"),
+  EXPECT_THAT(NotifyError("notify:\n  url: http://host/\n  on: [doen]\n"),
               HasSubstr("s.yaml:7: notify.on[0]: \"doen\" is not known, did you mean done"));
-  EXPECT_THAT(ErrorOf("notify: {uri: http://host/}\n"), HasSubstr("did you mean url"));
+  EXPECT_THAT(NotifyError("notify: {uri: http://host/}\n"), HasSubstr("did you mean url"));
   const auto endless = ParseStudy(
       "study: s\npairs: endless\nvariants: [{name: a}]\nnotify: {url: http://h/, on: [done]}\n",
       "s.yaml");
@@ -52,17 +53,18 @@ TEST(NotifyStudyTest, WhatIsWrongIsNamedWithoutTheAddress) {
 }
 
 TEST(NotifyStudyTest, WhatOthersSeeHasItsHostOnly) {
-  auto study = ParseStudy(kStudy + std::string("# To ") + kUrl + "\nnotify: {url: " + kUrl + "}\n",
-                          "s.yaml");
+  auto study = ParseStudy(
+      kNotifyStudy + std::string("# To ") + kUrl + "\nnotify: {url: " + kUrl + "}\n", "s.yaml");
   ASSERT_TRUE(study.ok()) << study.status();
   EXPECT_EQ(TakeNotify(&*study).url(), kUrl);
   EXPECT_FALSE(study->has_notify());
-  EXPECT_EQ(study->source_yaml(), kStudy + std::string("# To <hooks.example.com>\n"
-                                                       "notify: {url: <hooks.example.com>}\n"));
-  EXPECT_THAT(ErrorOf("notify: {url: <hooks.example.com>}\n"), HasSubstr("notify.url: is no"));
-  auto silent = ParseStudy(kStudy, "s.yaml");
+  EXPECT_EQ(study->source_yaml(),
+            kNotifyStudy + std::string("# To <hooks.example.com>\n"
+                                       "notify: {url: <hooks.example.com>}\n"));
+  EXPECT_THAT(NotifyError("notify: {url: <hooks.example.com>}\n"), HasSubstr("notify.url: is no"));
+  auto silent = ParseStudy(kNotifyStudy, "s.yaml");
   EXPECT_FALSE(TakeNotify(&*silent).has_url());
-  EXPECT_EQ(silent->source_yaml(), kStudy);
+  EXPECT_EQ(silent->source_yaml(), kNotifyStudy);
 }
 
 }  // namespace

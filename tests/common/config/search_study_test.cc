@@ -14,26 +14,26 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-const char kStudy[] =
+const char kSearchStudy[] =
     "study: camera\n"
     "pairs: 200\n"
     "rigs_per_scene: 10\n"
     "train: {steps: 400, seeds: 2}\n"
     "evaluate: {benchmarks: [shipped, middlebury2014-Q]}\n";
 
-v1::StudySpec Parsed(const std::string& search) {
-  const auto study = ParseStudy(kStudy + search, "camera.yaml");
+v1::StudySpec ParsedSearch(const std::string& search) {
+  const auto study = ParseStudy(kSearchStudy + search, "camera.yaml");
   EXPECT_TRUE(study.ok()) << study.status();
   return study.ok() ? *study : v1::StudySpec();
 }
 
-std::string ErrorOf(const std::string& text) {
+std::string SearchError(const std::string& text) {
   const auto study = ParseStudy(text, "camera.yaml");
   return study.ok() ? "" : std::string(study.status().message());
 }
 
 TEST(SearchStudyTest, AFileSaysWhatEachFieldMayBe) {
-  const v1::StudySpec study = Parsed(
+  const v1::StudySpec study = ParsedSearch(
       "set: {furniture: {enabled: false}}\n"
       "search:\n"
       "  space:\n"
@@ -67,7 +67,7 @@ TEST(SearchStudyTest, AFileSaysWhatEachFieldMayBe) {
 }
 
 TEST(SearchStudyTest, TheLockFileReadsBackToTheSameStudy) {
-  const v1::StudySpec study = Parsed(
+  const v1::StudySpec study = ParsedSearch(
       "search:\n"
       "  space:\n"
       "    floating.size_m: {range: [0.05, 0.3], log: true}\n"
@@ -236,7 +236,7 @@ TEST(SearchStudyTest, WhatIsWrongIsNamedByFileLineAndField) {
   for (const auto& row : rows) {
     SCOPED_TRACE(row.search);
     std::string want = "camera.yaml:" + std::string(row.want);
-    std::string seen = ErrorOf(kStudy + ("search: " + std::string(row.search)));
+    std::string seen = SearchError(kSearchStudy + ("search: " + std::string(row.search)));
     if (want.ends_with("...")) {
       want.resize(want.size() - 3);
       EXPECT_EQ(seen.find('\n'), std::string::npos) << seen;
@@ -277,12 +277,12 @@ TEST(SearchStudyTest, WhatIsBesideASearchIsChecked) {
        "camera.yaml:1: study: 51 letters, allowed in a study with a search are at most 50: its "
        "rungs have the name and a number"},
   };
-  for (const auto& row : rows) EXPECT_THAT(ErrorOf(row.text), HasSubstr(row.want));
+  for (const auto& row : rows) EXPECT_THAT(SearchError(row.text), HasSubstr(row.want));
 }
 
 // As a coordinator has it of a program that writes no files.
 TEST(SearchStudyTest, AMessageIsCheckedByTheSameRules) {
-  v1::StudySpec study = Parsed("search: {space: {floating.count: {range: [0, 40]}}}\n");
+  v1::StudySpec study = ParsedSearch("search: {space: {floating.count: {range: [0, 40]}}}\n");
   EXPECT_TRUE(ValidateStudy(study).ok()) << ValidateStudy(study);
   v1::SearchField& field = *study.mutable_search()->mutable_space(0);
   const auto error = [&] { return std::string(ValidateStudy(study).message()); };
@@ -309,7 +309,7 @@ TEST(SearchStudyTest, AMessageIsCheckedByTheSameRules) {
 
 // The check tries the values of a conditional field together with a value of its condition.
 TEST(SearchStudyTest, ValuesAreTriedUnderTheirConditions) {
-  Parsed(
+  ParsedSearch(
       "set: {render: {keep_hdr: true}}\n"
       "search:\n"
       "  space:\n"
@@ -334,11 +334,12 @@ TEST(SearchStudyTest, ConditionsOnConditionsAreFollowedOnce) {
     }
   }
   ASSERT_EQ(fields, 40);
-  EXPECT_THAT(ErrorOf(kStudy + ("search:\n  space:\n" + space)), HasSubstr("search.space"));
+  EXPECT_THAT(SearchError(kSearchStudy + ("search:\n  space:\n" + space)),
+              HasSubstr("search.space"));
 }
 
 TEST(SearchStudyTest, AFieldMayCountForSomeTrialsOnly) {
-  Parsed(
+  ParsedSearch(
       "search:\n"
       "  space:\n"
       "    materials.mode: {choice: [none, one_diffuse]}\n"
@@ -351,7 +352,7 @@ TEST_F(ExtendedSearchTest, AFileMayNarrowTheSearchOfAnotherOrHaveVariantsInstead
   const std::string search =
       "search:\n  trials: 9\n  space:\n    floating.count: {range: [0, 40]}\n"
       "    furniture.enabled: {choice: [true, false]}\n";
-  ASSERT_TRUE(WriteFile(dir_ + "/camera.yaml", kStudy + search).ok());
+  ASSERT_TRUE(WriteFile(dir_ + "/camera.yaml", kSearchStudy + search).ok());
   const auto narrow =
       ParseStudy("extends: camera.yaml\nsearch: {space: {floating.count: {range: [5, 10]}}}\n",
                  dir_ + "/narrow.yaml");
@@ -387,7 +388,7 @@ TEST_F(ExtendedSearchTest, AFieldOfAnotherFilesSpaceIsRemovedByNull) {
       "    materials.diffuse_material: {choice: [Wood, Plastic], when: {materials.mode: "
       "one_diffuse}}\n"
       "    floating.size_m: {range: [0.05, 0.3]}\n";
-  ASSERT_TRUE(WriteFile(dir_ + "/camera.yaml", kStudy + search).ok());
+  ASSERT_TRUE(WriteFile(dir_ + "/camera.yaml", kSearchStudy + search).ok());
   const auto read = [&](const std::string& space) {
     return ParseStudy("extends: camera.yaml\nsearch:\n  space:\n" + space, dir_ + "/own.yaml");
   };
@@ -432,7 +433,7 @@ TEST_F(ExtendedSearchTest, AFieldOfAnotherFilesSpaceIsRemovedByNull) {
     const auto study = read(row.space);
     EXPECT_THAT(std::string(study.status().message()), testing::StartsWith(row.want));
   }
-  EXPECT_EQ(ErrorOf(kStudy + std::string("search: {space: {floating.count: null}}\n")),
+  EXPECT_EQ(SearchError(kSearchStudy + std::string("search: {space: {floating.count: null}}\n")),
             "camera.yaml:6: search.space.floating.count: nothing, allowed is a map of fields");
 }
 

@@ -23,7 +23,9 @@ absl::StatusOr<v1::SceneConfig> With(const Values& values,
   return WithSearchValues(base, trial.values());
 }
 
-std::string ErrorOf(const Values& values) { return std::string(With(values).status().message()); }
+std::string ValuesError(const Values& values) {
+  return std::string(With(values).status().message());
+}
 
 TEST(SearchValuesTest, ValuesReplaceThoseOfTheirFieldsAlone) {
   const auto config = With({{"floating.count", "12"},
@@ -63,27 +65,27 @@ TEST(SearchValuesTest, ASpaceOfChoicesAndWholeNumbersHasSoManyPoints) {
 }
 
 TEST(SearchValuesTest, WhatIsWrongIsNamedWithoutAFile) {
-  EXPECT_EQ(ErrorOf({{"floating.count", "700"}}),
+  EXPECT_EQ(ValuesError({{"floating.count", "700"}}),
             "floating.count: 700 is out of range, allowed 0 to 500");
-  EXPECT_THAT(ErrorOf({{"floating.coun", "7"}}),
+  EXPECT_THAT(ValuesError({{"floating.coun", "7"}}),
               HasSubstr("floating.coun: no such field, did you mean count"));
-  EXPECT_THAT(ErrorOf({{"materials.mode", "non"}}),
+  EXPECT_THAT(ValuesError({{"materials.mode", "non"}}),
               HasSubstr("materials.mode: non is not known, did you mean none"));
-  EXPECT_THAT(ErrorOf({{"floating.count", "{uniform"}}), HasSubstr("not YAML"));
-  EXPECT_THAT(ErrorOf({{"floating.count.low", "3"}}), HasSubstr("floating.count"));
+  EXPECT_THAT(ValuesError({{"floating.count", "{uniform"}}), HasSubstr("not YAML"));
+  EXPECT_THAT(ValuesError({{"floating.count.low", "3"}}), HasSubstr("floating.count"));
 }
 
 TEST(SearchValuesTest, FieldsAreCheckedAgainstEachOther) {
-  EXPECT_THAT(ErrorOf({{"floating.placement", "street"}}),
+  EXPECT_THAT(ValuesError({{"floating.placement", "street"}}),
               HasSubstr("floating.placement: street, but that is for scenes of type dense"));
 }
 
 // A coordinator makes trials of what strangers send.
 TEST(SearchValuesTest, NoFileIsRead) {
-  EXPECT_EQ(ErrorOf({{"rigs.camera", "{calibration: /etc/passwd}"}}),
+  EXPECT_EQ(ValuesError({{"rigs.camera", "{calibration: /etc/passwd}"}}),
             "rigs.camera.calibration: names files, allowed in a search are other fields");
-  EXPECT_THAT(ErrorOf({{"room.room_files", "[/etc/passwd]"}}), HasSubstr("names files"));
-  EXPECT_THAT(ErrorOf({{"nature.biome_files", "[/etc/passwd]"}}), HasSubstr("names files"));
+  EXPECT_THAT(ValuesError({{"room.room_files", "[/etc/passwd]"}}), HasSubstr("names files"));
+  EXPECT_THAT(ValuesError({{"nature.biome_files", "[/etc/passwd]"}}), HasSubstr("names files"));
   EXPECT_TRUE(With({{"rigs.camera.preset", "zed_2i"}}).ok());
 }
 

@@ -10,13 +10,13 @@ namespace {
 
 using ::testing::HasSubstr;
 
-absl::StatusOr<v1::SceneConfig> Parse(const std::string& sensor, const std::string& render) {
+absl::StatusOr<v1::SceneConfig> ParseSensor(const std::string& sensor, const std::string& render) {
   return ParseSceneConfig("sensor: " + sensor + "\nrender: " + render + "\n", "c.yaml");
 }
 
 TEST(SensorPresets, AllAreInRangeAndSetEveryField) {
   for (const char* name : {"off", "ideal", "industrial", "stereo_module", "webcam", "phone"}) {
-    const auto config = Parse("{preset: " + std::string(name) + "}", "{keep_hdr: true}");
+    const auto config = ParseSensor("{preset: " + std::string(name) + "}", "{keep_hdr: true}");
     ASSERT_TRUE(config.ok()) << config.status();
     EXPECT_EQ(config->sensor().preset(), name);
     EXPECT_TRUE(config->sensor().has_white_e()) << name;
@@ -27,8 +27,8 @@ TEST(SensorPresets, AllAreInRangeAndSetEveryField) {
 }
 
 TEST(SensorPresets, FieldsBesideOneReplaceItsNumbersWhereverTheyStand) {
-  const auto before = Parse("{white_e: 123, preset: webcam}", "{keep_hdr: true}");
-  const auto after = Parse("{preset: webcam, white_e: 123}", "{keep_hdr: true}");
+  const auto before = ParseSensor("{white_e: 123, preset: webcam}", "{keep_hdr: true}");
+  const auto after = ParseSensor("{preset: webcam, white_e: 123}", "{keep_hdr: true}");
   ASSERT_TRUE(before.ok()) << before.status();
   EXPECT_EQ(before->SerializeAsString(), after->SerializeAsString());
   EXPECT_EQ(before->sensor().white_e().constant(), 123);
@@ -51,11 +51,11 @@ TEST(SensorPresets, AnotherOneLeavesNothingOfTheFirst) {
 }
 
 TEST(SensorPresets, NumbersOfASensorThatIsOffAreErrors) {
-  const std::string off(Parse("{white_e: 200, bayer: true}", "{}").status().message());
+  const std::string off(ParseSensor("{white_e: 200, bayer: true}", "{}").status().message());
   EXPECT_THAT(off, HasSubstr("c.yaml:1: sensor.white_e: given, but sensor.preset is off, allowed "
                              "with ideal, industrial, stereo_module, webcam, phone"));
   EXPECT_THAT(off, HasSubstr("sensor.bayer: given"));
-  EXPECT_TRUE(Parse("{white_e: 0, focus_m: 2, bayer: false}", "{}").ok()) << "the defaults";
+  EXPECT_TRUE(ParseSensor("{white_e: 0, focus_m: 2, bayer: false}", "{}").ok()) << "the defaults";
   EXPECT_TRUE(ParseSceneConfig(*BuiltinConfigText("scenes/indoor.yaml"), "indoor.yaml").ok());
 }
 
@@ -72,7 +72,7 @@ TEST(SensorPresets, NumbersThatAnotherFieldTurnsOffAreErrors) {
   };
   for (const auto& row : rows) {
     SCOPED_TRACE(row.sensor);
-    const absl::Status status = Parse(row.sensor, "{keep_hdr: true}").status();
+    const absl::Status status = ParseSensor(row.sensor, "{keep_hdr: true}").status();
     EXPECT_EQ(status.ok(), *row.want == 0) << status;
     EXPECT_THAT(std::string(status.message()), HasSubstr(row.want));
   }
@@ -86,21 +86,21 @@ TEST(SensorPresets, NumbersThatAnotherFieldTurnsOffAreErrors) {
 
 TEST(SensorPresets, WhatASensorNeedsMustBeKept) {
   EXPECT_THAT(
-      std::string(Parse("{preset: webcam}", "{}").status().message()),
+      std::string(ParseSensor("{preset: webcam}", "{}").status().message()),
       HasSubstr("sensor.preset: webcam, which makes its pictures of what render.keep_hdr keeps"));
-  EXPECT_THAT(
-      std::string(Parse("{preset: ideal, defocus_px: 2}", "{keep_hdr: true, maps: [disparity]}")
-                      .status()
-                      .message()),
-      HasSubstr("without depth, which sensor.defocus_px is worked out from"));
-  EXPECT_THAT(
-      std::string(Parse("{preset: ideal, exposure_ms: 9}", "{keep_hdr: true, maps: [disparity]}")
-                      .status()
-                      .message()),
-      HasSubstr("without depth, which the blur of sensor.exposure_ms is worked out from"));
-  EXPECT_TRUE(Parse("{preset: ideal}", "{keep_hdr: true, maps: [disparity]}").ok());
-  EXPECT_TRUE(Parse("{preset: off}", "{}").ok());
-  EXPECT_THAT(std::string(Parse("{preset: webcan}", "{keep_hdr: true}").status().message()),
+  EXPECT_THAT(std::string(ParseSensor("{preset: ideal, defocus_px: 2}",
+                                      "{keep_hdr: true, maps: [disparity]}")
+                              .status()
+                              .message()),
+              HasSubstr("without depth, which sensor.defocus_px is worked out from"));
+  EXPECT_THAT(std::string(ParseSensor("{preset: ideal, exposure_ms: 9}",
+                                      "{keep_hdr: true, maps: [disparity]}")
+                              .status()
+                              .message()),
+              HasSubstr("without depth, which the blur of sensor.exposure_ms is worked out from"));
+  EXPECT_TRUE(ParseSensor("{preset: ideal}", "{keep_hdr: true, maps: [disparity]}").ok());
+  EXPECT_TRUE(ParseSensor("{preset: off}", "{}").ok());
+  EXPECT_THAT(std::string(ParseSensor("{preset: webcan}", "{keep_hdr: true}").status().message()),
               HasSubstr("did you mean webcam?"));
 }
 

@@ -19,7 +19,7 @@ const char kEndless[] =
     "  - name: rooms\n"
     "  - name: land\n";
 
-std::string ErrorOf(const std::string& more) {
+std::string StreamError(const std::string& more) {
   const auto study = ParseStudy(kEndless + more, "drive.yaml");
   return study.ok() ? "" : std::string(study.status().message());
 }
@@ -57,19 +57,20 @@ TEST(StreamStudyTest, AStudyWithANumberOfPairsHasNoStream) {
 
 TEST(StreamStudyTest, WhatIsWrongInAStreamIsNamed) {
   EXPECT_THAT(
-      ErrorOf("stream: {chunk_pairs: 0}\n"),
+      StreamError("stream: {chunk_pairs: 0}\n"),
       HasSubstr("drive.yaml:7: stream.chunk_pairs: 0 is out of range, allowed 1 to 100000"));
-  EXPECT_THAT(ErrorOf("stream:\n  mix: [{variant: room}]\n"),
+  EXPECT_THAT(StreamError("stream:\n  mix: [{variant: room}]\n"),
               HasSubstr("drive.yaml:8: stream.mix[0].variant: \"room\" is not known, did you mean "
                         "rooms"));
-  EXPECT_THAT(ErrorOf("stream:\n  mix: [{variant: land, from_pair: 9, until_pair: 9}]\n"),
+  EXPECT_THAT(StreamError("stream:\n  mix: [{variant: land, from_pair: 9, until_pair: 9}]\n"),
               HasSubstr("stream.mix[0].until_pair: 9 is not after from_pair"));
-  EXPECT_THAT(ErrorOf("stream:\n  mix: [{variant: land, from_pair: 100}]\n"),
+  EXPECT_THAT(StreamError("stream:\n  mix: [{variant: land, from_pair: 100}]\n"),
               HasSubstr("stream.mix: no variant has a share from pair 0 on"));
-  EXPECT_THAT(ErrorOf("stream:\n  mix: [{variant: land, until_pair: 100}]\n"),
+  EXPECT_THAT(StreamError("stream:\n  mix: [{variant: land, until_pair: 100}]\n"),
               HasSubstr("stream.mix: no variant has a share from pair 100 on"));
-  EXPECT_THAT(ErrorOf("train: {trainer: builtin}\n"), HasSubstr("train: beside `pairs: endless`"));
-  EXPECT_THAT(ErrorOf("stream: {use: 2}\n"), HasSubstr("did you mean uses"));
+  EXPECT_THAT(StreamError("train: {trainer: builtin}\n"),
+              HasSubstr("train: beside `pairs: endless`"));
+  EXPECT_THAT(StreamError("stream: {use: 2}\n"), HasSubstr("did you mean uses"));
   const auto pairs =
       ParseStudy("study: s\npairs: endless\nvariants: [{name: a, pairs: 4}]\n", "s.yaml");
   EXPECT_THAT(std::string(pairs.status().message()),

@@ -30,11 +30,11 @@ variants:
     pairs: 10
 )";
 
-absl::StatusOr<v1::StudySpec> Parse(const std::string& training) {
+absl::StatusOr<v1::StudySpec> ParseTraining(const std::string& training) {
   return ParseStudy(kHead + training, "s.yaml");
 }
-v1::StudySpec Parsed(const std::string& training) {
-  const auto study = Parse(training);
+v1::StudySpec ParsedTraining(const std::string& training) {
+  const auto study = ParseTraining(training);
   EXPECT_TRUE(study.ok()) << study.status();
   return study.ok() ? *study : v1::StudySpec();
 }
@@ -46,7 +46,7 @@ std::vector<std::string> SetNames(const v1::StudySpec& study) {
 }
 
 TEST(Training, AbsentNothingIsTrainedAndTheLockSaysNothingOfIt) {
-  const v1::StudySpec study = Parsed("");
+  const v1::StudySpec study = ParsedTraining("");
   EXPECT_FALSE(study.has_train());
   EXPECT_FALSE(study.has_evaluate());
   EXPECT_THAT(TrainingSetsOf(study), IsEmpty());
@@ -55,7 +55,7 @@ TEST(Training, AbsentNothingIsTrainedAndTheLockSaysNothingOfIt) {
 }
 
 TEST(Training, EmptyMapsMeanEveryDefault) {
-  const v1::StudySpec study = Parsed("train: {}\nevaluate: {}\n");
+  const v1::StudySpec study = ParsedTraining("train: {}\nevaluate: {}\n");
   EXPECT_EQ(study.train().trainer(), "builtin");
   EXPECT_EQ(study.train().seeds(), 3);
   EXPECT_EQ(study.train().threads(), 2);
@@ -66,7 +66,7 @@ TEST(Training, EmptyMapsMeanEveryDefault) {
 }
 
 TEST(Training, AMixtureIsASetOfItsOwnBesideTheVariants) {
-  const v1::StudySpec study = Parsed(R"(train:
+  const v1::StudySpec study = ParsedTraining(R"(train:
   steps: 100
   variants: [narrow]
   mixtures:
@@ -84,13 +84,13 @@ TEST(Training, AMixtureIsASetOfItsOwnBesideTheVariants) {
   ASSERT_EQ(both.parts_size(), 2);
   EXPECT_EQ(both.parts(0).weight(), 2);
   EXPECT_EQ(both.parts(1).weight(), 1) << "the default";
-  EXPECT_THAT(SetNames(Parsed("train: {only_mixtures: true, mixtures: [{name: m, parts: "
-                              "[{variant: wide}]}]}\n")),
+  EXPECT_THAT(SetNames(ParsedTraining("train: {only_mixtures: true, mixtures: [{name: m, parts: "
+                                      "[{variant: wide}]}]}\n")),
               ElementsAre("m"));
 }
 
 TEST(Training, AShareOfAMixturesPairsMayBeMismatchedAndTheLockKeepsIt) {
-  const v1::StudySpec study = Parsed(R"(train:
+  const v1::StudySpec study = ParsedTraining(R"(train:
   variants: [wide]
   mixtures:
     - {name: tenth, mismatched: true, mismatched_share: 0.1, parts: [{variant: wide}]}
@@ -112,14 +112,15 @@ TEST(Training, AShareOfAMixturesPairsMayBeMismatchedAndTheLockKeepsIt) {
 }
 
 TEST(Training, AnEmptyListIsMeant) {
-  const v1::StudySpec study = Parsed("train: {}\nevaluate: {baselines: [], group_by: []}\n");
+  const v1::StudySpec study =
+      ParsedTraining("train: {}\nevaluate: {baselines: [], group_by: []}\n");
   EXPECT_THAT(study.evaluate().baselines(), IsEmpty());
   EXPECT_THAT(study.evaluate().group_by(), IsEmpty());
 }
 
 TEST(Heldout, IsAVariantOfTheChosenParametersWithASeedOfItsOwn) {
   const v1::StudySpec study =
-      Parsed("train: {}\nevaluate: {heldout_pairs: 7, heldout_variant: dense}\n");
+      ParsedTraining("train: {}\nevaluate: {heldout_pairs: 7, heldout_variant: dense}\n");
   ASSERT_EQ(study.variants_size(), 4);
   const v1::VariantSpec& heldout = study.variants(3);
   EXPECT_EQ(heldout.name(), "heldout");
@@ -130,13 +131,13 @@ TEST(Heldout, IsAVariantOfTheChosenParametersWithASeedOfItsOwn) {
   EXPECT_NE(heldout.seed(), study.seed());
   EXPECT_THAT(SetNames(study), ElementsAre("wide", "narrow", "dense")) << "never trained on";
   // It copies the first variant unless told, and gets the same seed wherever it is resolved.
-  const v1::StudySpec other = Parsed("evaluate: {heldout_pairs: 7}\n");
+  const v1::StudySpec other = ParsedTraining("evaluate: {heldout_pairs: 7}\n");
   EXPECT_EQ(other.variants(3).seed(), heldout.seed());
   EXPECT_TRUE(MessageDifferencer::Equals(other.variants(3).config(), study.variants(0).config()));
 }
 
 TEST(Heldout, HasASeedThatNoVariantHas) {
-  v1::StudySpec study = Parsed("evaluate: {heldout_pairs: 7}\n");
+  v1::StudySpec study = ParsedTraining("evaluate: {heldout_pairs: 7}\n");
   const uint64_t seed = study.variants(3).seed();
   study.mutable_variants(1)->set_seed(seed);
   ResolveTraining(&study);
@@ -146,7 +147,7 @@ TEST(Heldout, HasASeedThatNoVariantHas) {
 }
 
 TEST(Training, TheLockLoadsAsTheSameStudyAndResolvingAgainChangesNothing) {
-  v1::StudySpec study = Parsed(R"(train:
+  v1::StudySpec study = ParsedTraining(R"(train:
   minutes: 1.5
   mixtures: [{name: both, parts: [{variant: wide}, {variant: narrow, weight: 0.25}]}]
   needs: {gpus: 1, memory_mb: 2000, tags: [fast]}
@@ -174,7 +175,7 @@ TEST(Training, AVariantsOwnSeedIsKept) {
 }
 
 TEST(Training, DefaultsOfAMessageAreFilledInOnlyWhereItHasTheParts) {
-  v1::StudySpec study = Parsed("");
+  v1::StudySpec study = ParsedTraining("");
   study.mutable_train()->set_steps(5);
   study.mutable_train()->add_mixtures()->set_name("m");
   study.mutable_train()->mutable_mixtures(0)->add_parts()->set_variant("wide");
@@ -186,7 +187,7 @@ TEST(Training, DefaultsOfAMessageAreFilledInOnlyWhereItHasTheParts) {
   EXPECT_FALSE(study.has_evaluate());
 }
 
-struct BadRow {
+struct BadTraining {
   std::string yaml;
   std::string want;  // The whole message, or its beginning when it ends with "...".
 };
@@ -247,7 +248,7 @@ TEST(Training, EachSetHasTheTruthOfItsOwnOrTheTrainings) {
 
 TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {
   const std::string mixture = "train: {mixtures: [{name: m, parts: [{variant: wide}]";
-  const BadRow rows[] = {
+  const BadTraining rows[] = {
       {"train: 3", "s.yaml:11: train: 3, allowed is a map of fields"},
       {"train: {stpes: 3}", "s.yaml:11: train.stpes: no such field, did you mean steps? ..."},
       {"train: {steps: -1}", "s.yaml:11: train.steps: -1 is out of range, allowed 0 to 100000000"},
@@ -345,9 +346,9 @@ TEST(Training, EachWrongValueIsToldAlikeForFilesAndMessages) {
       {"train: {steps: 3}\nevaluate: {checkpoints: 4}",
        "s.yaml:12: evaluate.checkpoints: 4 are more than the training's steps, allowed 1 to 3"},
   };
-  for (const BadRow& row : rows) {
+  for (const BadTraining& row : rows) {
     SCOPED_TRACE(row.yaml);
-    const auto study = Parse(row.yaml);
+    const auto study = ParseTraining(row.yaml);
     ASSERT_EQ(study.status().code(), absl::StatusCode::kInvalidArgument);
     const std::string message(ToStd(study.status().message()));
     const bool cut = row.want.size() > 3 && row.want.substr(row.want.size() - 3) == "...";
@@ -379,7 +380,7 @@ TEST(Training, NamesOfResultFoldersAreReservedWhereThereAreResults) {
 }
 
 TEST(Training, MessagesAreHeldToTheSameRules) {
-  const v1::StudySpec good = Parsed("train: {}\nevaluate: {heldout_pairs: 5}\n");
+  const v1::StudySpec good = ParsedTraining("train: {}\nevaluate: {heldout_pairs: 5}\n");
   ASSERT_TRUE(ValidateStudy(good).ok()) << ValidateStudy(good);
   const struct {
     std::function<void(v1::StudySpec&)> breaks;
@@ -422,7 +423,7 @@ TEST(Training, MessagesAreHeldToTheSameRules) {
 }
 
 TEST(Training, AThousandVariantsAndTheOneThatIsHeldOutAreOneTooMany) {
-  v1::StudySpec study = Parsed("");
+  v1::StudySpec study = ParsedTraining("");
   while (study.variants_size() < kMaxVariants) {
     v1::VariantSpec* variant = study.add_variants();
     variant->set_name(fmt::format("v{}", study.variants_size()));

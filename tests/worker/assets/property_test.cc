@@ -13,7 +13,7 @@
 namespace parallax {
 namespace {
 
-constexpr uint64_t kSeeds = 50;
+constexpr uint64_t kPropertySeeds = 50;
 constexpr int kLines = 4;  // An object.
 
 std::vector<std::string> ClassNames() {
@@ -59,7 +59,7 @@ TEST_P(FiftySeeds, AreSoundSolidsOfRealSizeAllDifferent) {
   const AssetClass& asset_class = *FindAssetClass(GetParam());
   ASSERT_GT(asset_class.size.least_m.minCoeff(), 0) << "no size where it is registered";
   std::set<size_t> shapes, outlines;
-  for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
+  for (uint64_t seed = 1; seed <= kPropertySeeds; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const absl::StatusOr<Asset> asset = MakeAsset(GetParam(), seed);
     ASSERT_TRUE(asset.ok()) << asset.status();
@@ -87,7 +87,7 @@ TEST_P(FiftySeeds, AreSoundSolidsOfRealSizeAllDifferent) {
         << "the points of another seed";
     outlines.insert(std::hash<test::Outline>()(test::OutlineOf(mesh, asset_class.size.most_m)));
   }
-  EXPECT_GE(outlines.size(), kSeeds - 2) << "different outlines";
+  EXPECT_GE(outlines.size(), kPropertySeeds - 2) << "different outlines";
 }
 
 // Coarser pieces make the same thing of fewer triangles.

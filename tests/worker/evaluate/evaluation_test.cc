@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "tests/worker/dataset/synthetic_archive.h"
+#include "tests/worker/evaluate/test_scores.h"
 #include "tests/worker/evaluate/test_tree.h"
 #include "worker/evaluate/disparity_files.h"
 #include "worker/evaluate/group_errors.h"
@@ -11,8 +12,6 @@ namespace parallax {
 namespace {
 
 using ::testing::HasSubstr;
-
-std::string Message(const absl::Status& status) { return std::string(ToStd(status.message())); }
 
 class EvaluateTest : public ::testing::Test {
  protected:

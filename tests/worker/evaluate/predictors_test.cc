@@ -7,6 +7,7 @@
 #include <map>
 #include <thread>
 
+#include "tests/worker/evaluate/test_scores.h"
 #include "tests/worker/evaluate/test_tree.h"
 #include "worker/evaluate/benchmark.h"
 #include "worker/evaluate/evaluation.h"
@@ -19,8 +20,6 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-std::string Message(const absl::Status& status) { return std::string(ToStd(status.message())); }
 
 // ---- Holes
 

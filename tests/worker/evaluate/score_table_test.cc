@@ -14,8 +14,6 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using Json = nlohmann::json;
 
-std::string Message(const absl::Status& status) { return std::string(ToStd(status.message())); }
-
 // Three seeds of `default` and of a variant that is worse by far, and SGBM.
 std::vector<Evaluation> Study() {
   std::vector<Evaluation> all;

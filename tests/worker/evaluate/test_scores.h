@@ -7,9 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "common/base/errors.h"
 #include "worker/evaluate/scores.h"
 
 namespace parallax {
+
+inline std::string Message(const absl::Status& status) {
+  return std::string(ToStd(status.message()));
+}
 
 // One image of 1,000 pixels for each entry of `bad_percent`, bad at every threshold in so many
 // percent of them (to a tenth).

@@ -14,7 +14,7 @@ namespace {
 using testing::BoxMesh;
 using testing::TorusMesh;
 
-Eigen::Affine3f At(const Vec3f& p) { return Eigen::Affine3f(Eigen::Translation3f(p)); }
+Eigen::Affine3f ShiftedBy(const Vec3f& p) { return Eigen::Affine3f(Eigen::Translation3f(p)); }
 
 Eigen::Affine3f RandomPlace(Rng& rng, double reach, float scale = 1.0f) {
   Eigen::Quaternionf q(static_cast<float>(rng.Normal()), static_cast<float>(rng.Normal()),
@@ -76,24 +76,26 @@ TEST(TriangleTree, OverlapIsSymmetric) {
 
 TEST(TriangleTree, BoxHeldWholeOverlaps) {
   const TriangleTree big(BoxMesh({1, 1, 1})), small(BoxMesh({0.1f, 0.1f, 0.1f}));
-  EXPECT_TRUE(Overlap(big, At({0, 0, 0}), small, At({0.3f, 0.2f, 0.1f})));
-  EXPECT_TRUE(Overlap(small, At({0.3f, 0.2f, 0.1f}), big, At({0, 0, 0})));
-  EXPECT_FALSE(Overlap(big, At({0, 0, 0}), small, At({1.2f, 0, 0})));
+  EXPECT_TRUE(Overlap(big, ShiftedBy({0, 0, 0}), small, ShiftedBy({0.3f, 0.2f, 0.1f})));
+  EXPECT_TRUE(Overlap(small, ShiftedBy({0.3f, 0.2f, 0.1f}), big, ShiftedBy({0, 0, 0})));
+  EXPECT_FALSE(Overlap(big, ShiftedBy({0, 0, 0}), small, ShiftedBy({1.2f, 0, 0})));
 }
 
 TEST(TriangleTree, RingAroundARodDoesNotOverlap) {
   const TriangleTree ring(TorusMesh(0.5f, 0.1f)), rod(BoxMesh({0.1f, 0.1f, 2.0f}));
-  EXPECT_FALSE(Overlap(ring, At({0, 0, 0}), rod, At({0, 0, 0})));
-  EXPECT_TRUE(Overlap(ring, At({0, 0, 0}), rod, At({0.45f, 0, 0})));
+  EXPECT_FALSE(Overlap(ring, ShiftedBy({0, 0, 0}), rod, ShiftedBy({0, 0, 0})));
+  EXPECT_TRUE(Overlap(ring, ShiftedBy({0, 0, 0}), rod, ShiftedBy({0.45f, 0, 0})));
 }
 
 TEST(TriangleTree, TouchingWithinToleranceDoesNotCount) {
   const TriangleTree box(BoxMesh({0.5f, 0.5f, 0.5f}));
   const Eigen::Affine3f turned =
-      At({0.1f, 0.05f, 0.9995f}) * Eigen::AngleAxisf(0.3f, Vec3f::UnitZ());
-  EXPECT_TRUE(Overlap(box, At({0, 0, 0}), box, turned, 0.0f));
-  EXPECT_FALSE(Overlap(box, At({0, 0, 0}), box, turned * At({0, 0, 0.0004f}), 0.001f));
-  EXPECT_FALSE(Overlap(box, At({0, 0, 0}), box, At({1.0f, 0, 0}), 0.0f)) << "faces that meet";
+      ShiftedBy({0.1f, 0.05f, 0.9995f}) * Eigen::AngleAxisf(0.3f, Vec3f::UnitZ());
+  EXPECT_TRUE(Overlap(box, ShiftedBy({0, 0, 0}), box, turned, 0.0f));
+  EXPECT_FALSE(
+      Overlap(box, ShiftedBy({0, 0, 0}), box, turned * ShiftedBy({0, 0, 0.0004f}), 0.001f));
+  EXPECT_FALSE(Overlap(box, ShiftedBy({0, 0, 0}), box, ShiftedBy({1.0f, 0, 0}), 0.0f))
+      << "faces that meet";
 }
 
 TEST(TriangleTree, InsideFollowsTheSolid) {
@@ -127,8 +129,8 @@ TEST(TriangleTree, SheetsHoldNothing) {
   // The same sheets taken for walls of a body do hold what lies between.
   mesh.slots[1].sheet = false;
   EXPECT_TRUE(TriangleTree(mesh).Inside({0.5f, 0.1f, 0.1f}));
-  EXPECT_TRUE(Overlap(tree, At({0, 0, 0}), TriangleTree(BoxMesh({0.1f, 0.1f, 0.1f})),
-                      At({0.5f, 0.1f, 0.6f})))
+  EXPECT_TRUE(Overlap(tree, ShiftedBy({0, 0, 0}), TriangleTree(BoxMesh({0.1f, 0.1f, 0.1f})),
+                      ShiftedBy({0.5f, 0.1f, 0.6f})))
       << "a box through a leaf";
 }
 

@@ -15,7 +15,7 @@
 namespace parallax {
 namespace {
 
-v1::RoomConfig ConfigOf(int rooms, double two_storeys_p = 0.4) {
+v1::RoomConfig HouseConfig(int rooms, double two_storeys_p = 0.4) {
   v1::RoomConfig config = DefaultSceneConfig().room();
   config.mutable_rooms()->set_constant(rooms);
   config.set_two_storeys_p(two_storeys_p);
@@ -52,7 +52,7 @@ TEST(House, RoomsOfManyHousesLieApartAndAreAllReached) {
   for (uint64_t seed = 0; seed < 24; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const int wanted = 2 + static_cast<int>(seed % 7);
-    const House house = *DrawHouse(ConfigOf(wanted), SceneSeed{seed});
+    const House house = *DrawHouse(HouseConfig(wanted), SceneSeed{seed});
     EXPECT_EQ(static_cast<int>(house.rooms.size()), wanted);
     EXPECT_EQ(RoomsReached(house).size(), house.rooms.size());
     for (size_t i = 0; i < house.rooms.size(); ++i) {
@@ -67,7 +67,7 @@ TEST(House, RoomsOfManyHousesLieApartAndAreAllReached) {
 
 TEST(House, EveryInnerOpeningHasItsMateAtTheSamePlace) {
   for (uint64_t seed = 0; seed < 16; ++seed) {
-    const House house = *DrawHouse(ConfigOf(6), SceneSeed{seed});
+    const House house = *DrawHouse(HouseConfig(6), SceneSeed{seed});
     for (size_t r = 0; r < house.rooms.size(); ++r) {
       for (const v1::Opening& o : house.rooms[r].openings()) {
         if (o.leads_to() == 0) continue;
@@ -102,7 +102,7 @@ TEST(House, OpenPlansJoinRoomsByWidePassages) {
   int passages = 0;
   for (uint64_t seed = 0; seed < 12; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    v1::RoomConfig config = ConfigOf(5, 0);
+    v1::RoomConfig config = HouseConfig(5, 0);
     config.set_open_plan_p(1);
     const House house = *DrawHouse(config, SceneSeed{seed});
     EXPECT_EQ(RoomsReached(house).size(), house.rooms.size());
@@ -127,7 +127,7 @@ TEST(House, OpenDoorsStandWideOpenIntoTheOtherRoom) {
   int doors = 0;
   for (uint64_t seed = 0; seed < 6; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    v1::RoomConfig config = ConfigOf(4, 0);
+    v1::RoomConfig config = HouseConfig(4, 0);
     ForEachDoorway(
         *DrawHouse(config, SceneSeed{seed}),
         [](const v1::Room&, const v1::Opening& o, const v1::Room&) { EXPECT_EQ(o.open_rad(), 0); });
@@ -158,7 +158,7 @@ TEST(House, OpenDoorsStandWideOpenIntoTheOtherRoom) {
 
 TEST(House, RoomsBesideAHallAreAsHighAsRooms) {
   for (uint64_t seed = 0; seed < 6; ++seed) {
-    v1::RoomConfig config = ConfigOf(6, 1.0);
+    v1::RoomConfig config = HouseConfig(6, 1.0);
     config.set_hall_p(1);
     const House house = *DrawHouse(config, SceneSeed{seed});
     EXPECT_EQ(RoomsReached(house).size(), house.rooms.size());
@@ -171,8 +171,8 @@ TEST(House, RoomsBesideAHallAreAsHighAsRooms) {
 
 TEST(House, TheMainRoomKeepsItsKindAndSizeWhateverTheHouse) {
   for (uint64_t seed = 0; seed < 8; ++seed) {
-    const House alone = *DrawHouse(ConfigOf(1), SceneSeed{seed});
-    const House house = *DrawHouse(ConfigOf(7), SceneSeed{seed});
+    const House alone = *DrawHouse(HouseConfig(1), SceneSeed{seed});
+    const House house = *DrawHouse(HouseConfig(7), SceneSeed{seed});
     ASSERT_EQ(alone.rooms.size(), 1u);
     EXPECT_EQ(alone.rooms[0].kind(), house.rooms[0].kind());
     EXPECT_EQ(alone.rooms[0].width_m(), house.rooms[0].width_m());
@@ -185,7 +185,7 @@ TEST(House, TheMainRoomKeepsItsKindAndSizeWhateverTheHouse) {
 TEST(House, TwoStoreysHaveStairsThatArriveAtTheUpperFloor) {
   int two = 0;
   for (uint64_t seed = 0; seed < 8; ++seed) {
-    const House house = *DrawHouse(ConfigOf(7, 1.0), SceneSeed{seed});
+    const House house = *DrawHouse(HouseConfig(7, 1.0), SceneSeed{seed});
     const auto stairs = std::find_if(house.rooms.begin(), house.rooms.end(),
                                      [](const v1::Room& room) { return room.has_stairs(); });
     ASSERT_NE(stairs, house.rooms.end()) << seed;
@@ -206,7 +206,7 @@ TEST(House, TwoStoreysHaveStairsThatArriveAtTheUpperFloor) {
 
 TEST(House, StairsStandInTheirOwnStairwell) {
   for (uint64_t seed = 0; seed < 6; ++seed) {
-    const House house = *DrawHouse(ConfigOf(7, 1.0), SceneSeed{seed});
+    const House house = *DrawHouse(HouseConfig(7, 1.0), SceneSeed{seed});
     for (v1::Room room : house.rooms) {
       if (!room.has_stairs()) continue;
       room.clear_origin_x_m();
@@ -227,7 +227,7 @@ TEST(House, StairsStandInTheirOwnStairwell) {
 
 TEST(House, EveryPartOfEveryRoomIsAValidMesh) {
   for (const uint64_t seed : {1, 2, 3}) {
-    const House house = *DrawHouse(ConfigOf(7, 1.0), SceneSeed{seed});
+    const House house = *DrawHouse(HouseConfig(7, 1.0), SceneSeed{seed});
     for (const v1::Room& room : house.rooms) {
       for (const std::string& part : RoomParts(room)) {
         const auto mesh = MakeRoomPart(room, part);
@@ -240,7 +240,7 @@ TEST(House, EveryPartOfEveryRoomIsAValidMesh) {
 
 TEST(House, FurnishedHouseNamesTheRoomOfEveryObjectAndReportsEachRoom) {
   v1::SceneConfig config = DefaultSceneConfig();
-  *config.mutable_room() = ConfigOf(4);
+  *config.mutable_room() = HouseConfig(4);
   const auto solved = SolveLayout(config, SceneSeed{5}, CancelToken());
   ASSERT_TRUE(solved.ok()) << solved.status();
   const v1::Layout& layout = std::get<v1::Layout>(*solved);
@@ -266,7 +266,7 @@ TEST(House, FurnishedHouseNamesTheRoomOfEveryObjectAndReportsEachRoom) {
 TEST(FloorPlan, AnnealingLowersTheLoss) {
   double initial = 0, final = 0;
   for (uint64_t seed = 0; seed < 6; ++seed) {
-    const House house = *DrawHouse(ConfigOf(8), SceneSeed{seed});
+    const House house = *DrawHouse(HouseConfig(8), SceneSeed{seed});
     initial += house.report.initial_loss();
     final += house.report.final_loss();
     EXPECT_LT(house.report.final_loss(), house.report.initial_loss());

@@ -159,6 +159,13 @@ v1::Rig MakeRig(const Vec3d& position, const Vec3d& forward, int width_px, int h
   return rig;
 }
 
+TestScene MakeFloor(float albedo) {
+  TestScene test;
+  const uint32_t grey = test.AddMaterial(DiffuseSample(Vec3f::Constant(albedo)));
+  test.AddMesh(MakeQuad({-5, -5, 0}, {10, 0, 0}, {0, 10, 0}), grey);
+  return test;
+}
+
 TestScene MakeBoxRoom() {
   TestScene scene;
   const uint32_t white = scene.AddMaterial(DiffuseSample({0.75f, 0.75f, 0.72f}));

@@ -75,6 +75,9 @@ std::shared_ptr<const Mesh> MakeBox(const Vec3f& low, const Vec3f& high, bool in
 v1::Rig MakeRig(const Vec3d& position, const Vec3d& forward, int width_px, int height_px,
                 double focal_px, double baseline_m);
 
+// A diffuse square of 10 x 10 m at z = 0, its middle at the origin.
+TestScene MakeFloor(float albedo);
+
 // A closed room of 4 x 4 x 3 m with a lamp below the ceiling, two boxes, a ball and coloured walls,
 // all diffuse.
 TestScene MakeBoxRoom();

@@ -24,7 +24,7 @@ v1::SceneConfig SmallDense() {
   return config;
 }
 
-v1::Scene SceneOf(const v1::SceneConfig& config, uint64_t seed) {
+v1::Scene DenseScene(const v1::SceneConfig& config, uint64_t seed) {
   v1::SolveJob job;
   job.set_scene_seed(seed);
   *job.mutable_config() = config;
@@ -47,7 +47,7 @@ TEST(DenseConfig, IsThePapers) {
 
 TEST(Dense, EveryKeyframePlacesAllObjectsAnewInTheViewOfItsRig) {
   const v1::SceneConfig config = SmallDense();
-  const v1::Scene scene = SceneOf(config, 4);
+  const v1::Scene scene = DenseScene(config, 4);
   ASSERT_EQ(scene.objects_size(), 40);
   ASSERT_EQ(scene.rigs_size(), 5);
   ASSERT_EQ(scene.keyframes_size(), 5);
@@ -99,7 +99,7 @@ TEST(Dense, EveryKeyframePlacesAllObjectsAnewInTheViewOfItsRig) {
 
 // The least distance of objects from the way between the eyes, over all keyframes.
 double NearestToEyes(const v1::SceneConfig& config, uint64_t seed, double reach_m) {
-  const v1::Scene scene = SceneOf(config, seed);
+  const v1::Scene scene = DenseScene(config, seed);
   const SceneGeometry geometry = BuildSceneGeometry(scene).value();
   double nearest = 1e9;
   for (int k = 0; k < scene.rigs_size(); ++k) {
@@ -151,15 +151,15 @@ TEST(Dense, StreetsLeaveTheRightEyesOfAllBaselinesClear) {
 TEST(Dense, MoreKeyframesOnlyAdd) {
   v1::SceneConfig config = SmallDense();
   config.mutable_rigs()->set_count(2);
-  const v1::Scene few = SceneOf(config, 9);
+  const v1::Scene few = DenseScene(config, 9);
   config.mutable_rigs()->set_count(3);
-  const v1::Scene many = SceneOf(config, 9);
+  const v1::Scene many = DenseScene(config, 9);
   EXPECT_EQ(few.objects(7).SerializeAsString(), many.objects(7).SerializeAsString());
   for (int k = 0; k < 2; ++k) {
     EXPECT_EQ(few.rigs(k).SerializeAsString(), many.rigs(k).SerializeAsString());
     EXPECT_EQ(few.keyframes(k).SerializeAsString(), many.keyframes(k).SerializeAsString());
   }
-  EXPECT_EQ(SceneOf(config, 9).SerializeAsString(), many.SerializeAsString());
+  EXPECT_EQ(DenseScene(config, 9).SerializeAsString(), many.SerializeAsString());
 }
 
 TEST(Warp, BendsWithinItsBoundAndKeepsTheMeshValid) {

@@ -30,7 +30,7 @@ v1::SceneConfig SmallIndoor() {
   return config;
 }
 
-v1::Scene SceneOf(const v1::SceneConfig& config, uint64_t seed) {
+v1::Scene DepthScene(const v1::SceneConfig& config, uint64_t seed) {
   v1::SolveJob job;
   job.set_scene_seed(seed);
   *job.mutable_config() = config;
@@ -42,7 +42,7 @@ v1::Scene SceneOf(const v1::SceneConfig& config, uint64_t seed) {
 
 // All meshes of the recipe's objects, which include a landscape's ground; with `keyframe` as that
 // places them.
-RayScene SolidOf(const v1::Scene& scene, const v1::Keyframe* keyframe = nullptr) {
+RayScene SolidAt(const v1::Scene& scene, const v1::Keyframe* keyframe = nullptr) {
   const SceneGeometry geometry = BuildSceneGeometry(scene).value();
   RayScene solid;
   for (int i = 0; i < scene.objects_size(); ++i) {
@@ -82,12 +82,12 @@ int Look(const RayScene& solid, const v1::Rig& rig,
 double SeenOfOtherRooms(const v1::SceneConfig& config) {
   int beyond = 0, all = 0;
   for (uint64_t seed = 0; seed < 3; ++seed) {
-    const v1::Scene scene = SceneOf(config, seed);
+    const v1::Scene scene = DepthScene(config, seed);
     const v1::Room& room = scene.place().house().rooms(0);
     const Eigen::AlignedBox3d main(
         Vec3d::Constant(-0.3),
         Vec3d(room.width_m(), room.depth_m(), room.height_m()) + Vec3d::Constant(0.3));
-    const RayScene solid = SolidOf(scene);
+    const RayScene solid = SolidAt(scene);
     for (const v1::Rig& rig : scene.rigs()) {
       all += kProbesX * kProbesY;
       Look(solid, rig, [&](double, const Vec3d& at, uint32_t) { beyond += !main.contains(at); });
@@ -122,10 +122,10 @@ v1::SceneConfig InLandscape(double p = 1) {
 TEST(Landscape, IsFarAwayAndSeenThroughWindows) {
   int far = 0, ground = 0, out_with = 0, out_without = 0;
   for (uint64_t seed = 0; seed < 4; ++seed) {
-    const v1::Scene scene = SceneOf(InLandscape(), seed);
+    const v1::Scene scene = DepthScene(InLandscape(), seed);
     ASSERT_TRUE(scene.place().house().has_landscape());
     EXPECT_GT(scene.place().house().landscape().instances(), 100u);
-    const RayScene solid = SolidOf(scene);
+    const RayScene solid = SolidAt(scene);
     for (const v1::Rig& rig : scene.rigs()) {
       bool out = false;
       const int missed = Look(solid, rig, [&](double depth, const Vec3d& at, uint32_t body) {
@@ -137,9 +137,9 @@ TEST(Landscape, IsFarAwayAndSeenThroughWindows) {
       });
       out_with += out || missed > 0;
     }
-    const v1::Scene without = SceneOf(InLandscape(0), seed);
+    const v1::Scene without = DepthScene(InLandscape(0), seed);
     EXPECT_FALSE(without.place().house().has_landscape());
-    const RayScene house = SolidOf(without);
+    const RayScene house = SolidAt(without);
     for (const v1::Rig& rig : without.rigs()) {
       out_without += Look(house, rig, [](double, const Vec3d&, uint32_t) {}) > 0;
     }
@@ -151,7 +151,7 @@ TEST(Landscape, IsFarAwayAndSeenThroughWindows) {
 }
 
 TEST(Landscape, LeavesTheHouseFree) {
-  const v1::Scene scene = SceneOf(InLandscape(), 2);
+  const v1::Scene scene = DepthScene(InLandscape(), 2);
   const v1::House& house = scene.place().house();
   const SceneGeometry geometry = BuildSceneGeometry(scene).value();
   EXPECT_FALSE(geometry.surroundings.ground_below_horizon);
@@ -173,8 +173,8 @@ TEST(Landscape, LeavesTheHouseFree) {
 }
 
 TEST(Landscape, OtherExpansionFailsTheJobAndEqualSeedsGiveEqualBytes) {
-  v1::Scene scene = SceneOf(InLandscape(), 3);
-  EXPECT_EQ(scene.SerializeAsString(), SceneOf(InLandscape(), 3).SerializeAsString());
+  v1::Scene scene = DepthScene(InLandscape(), 3);
+  EXPECT_EQ(scene.SerializeAsString(), DepthScene(InLandscape(), 3).SerializeAsString());
   v1::Terrain& land = *scene.mutable_place()->mutable_house()->mutable_landscape();
   land.set_expansion_hash(land.expansion_hash() ^ 1);
   const auto geometry = BuildSceneGeometry(scene);
@@ -185,7 +185,7 @@ TEST(Landscape, OtherExpansionFailsTheJobAndEqualSeedsGiveEqualBytes) {
 }
 
 TEST(Landscape, ThingsHaveNamesAndTheHouseKeepsItsIndices) {
-  const v1::Scene with = SceneOf(InLandscape(), 1), without = SceneOf(InLandscape(0), 1);
+  const v1::Scene with = DepthScene(InLandscape(), 1), without = DepthScene(InLandscape(0), 1);
   for (int i = 0; i < without.objects_size(); ++i) {
     if (without.objects(i).role() == v1::OBJECT_ROLE_FLOATING) break;
     EXPECT_EQ(with.objects(i).index(), without.objects(i).index());
@@ -214,7 +214,7 @@ v1::SceneConfig SmallStreet() {
 }
 
 TEST(Street, RigsStandOnTheCarriagewayAndLookAlongIt) {
-  const v1::Scene scene = SceneOf(SmallStreet(), 5);
+  const v1::Scene scene = DepthScene(SmallStreet(), 5);
   ASSERT_TRUE(scene.place().open_sky().has_street());
   const double half = 0.5 * scene.place().open_sky().street().width_m();
   for (const v1::Rig& rig : scene.rigs()) {
@@ -226,11 +226,11 @@ TEST(Street, RigsStandOnTheCarriagewayAndLookAlongIt) {
 }
 
 TEST(Street, ReachesFromNearToFarAndNothingComesNearTheEyes) {
-  const v1::Scene scene = SceneOf(SmallStreet(), 6);
+  const v1::Scene scene = DepthScene(SmallStreet(), 6);
   int near = 0, far = 0, all = 0;
   for (int k = 0; k < scene.rigs_size(); ++k) {
     const v1::Rig& rig = scene.rigs(k);
-    const RayScene solid = SolidOf(scene, &scene.keyframes(k));
+    const RayScene solid = SolidAt(scene, &scene.keyframes(k));
     for (const double t : {0.0, 0.5, 1.0}) {
       const Vec3d eye = EyePosition(rig, 0) + t * (EyePosition(rig, 1) - EyePosition(rig, 0));
       EXPECT_GT(solid.NearestDistance(eye.cast<float>(), 1), 0.42f) << k;
@@ -248,7 +248,7 @@ TEST(Street, ReachesFromNearToFarAndNothingComesNearTheEyes) {
 }
 
 TEST(Street, ThingsStandOnItsGroundAndApart) {
-  const v1::Scene scene = SceneOf(SmallStreet(), 7);
+  const v1::Scene scene = DepthScene(SmallStreet(), 7);
   const SceneGeometry geometry = BuildSceneGeometry(scene).value();
   const v1::Keyframe& keyframe = scene.keyframes(0);
   const int things = scene.objects_size() - 1;  // The last is the street.
@@ -275,10 +275,10 @@ TEST(Street, ThingsStandOnItsGroundAndApart) {
 
 TEST(Street, EqualSeedsGiveEqualBytesAndMoreRigsOnlyAddRigs) {
   v1::SceneConfig config = SmallStreet();
-  const v1::Scene scene = SceneOf(config, 8);
-  EXPECT_EQ(scene.SerializeAsString(), SceneOf(config, 8).SerializeAsString());
+  const v1::Scene scene = DepthScene(config, 8);
+  EXPECT_EQ(scene.SerializeAsString(), DepthScene(config, 8).SerializeAsString());
   config.mutable_rigs()->set_count(3);
-  const v1::Scene fewer = SceneOf(config, 8);
+  const v1::Scene fewer = DepthScene(config, 8);
   for (int i = 0; i < 3; ++i) {
     EXPECT_EQ(fewer.rigs(i).SerializeAsString(), scene.rigs(i).SerializeAsString());
     EXPECT_EQ(fewer.keyframes(i).SerializeAsString(), scene.keyframes(i).SerializeAsString());

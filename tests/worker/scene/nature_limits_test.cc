@@ -28,8 +28,8 @@ using testing::HasSubstr;
 using Rigs = google::protobuf::RepeatedPtrField<v1::Rig>;
 
 // A biome's rules on its own landform, whose ground is not made.
-v1::Terrain RulesOf(const v1::Biome& biome, double density, const std::string& season,
-                    uint64_t seed) {
+v1::Terrain LimitedRules(const v1::Biome& biome, double density, const std::string& season,
+                         uint64_t seed) {
   const Rng root(SceneSeed{seed}, "rules");
   v1::Terrain recipe;
   SetTerrainSpec(DrawLandform(biome.landform(), root.Child("land")).value(), recipe);
@@ -44,10 +44,10 @@ TEST(Density, EveryBiomeHasValidRulesAtEveryDensity) {
   for (const v1::Biome& biome : BuiltinBiomes()) {
     for (const char* season : {"summer", "winter"}) {
       for (const uint64_t seed : {1u, 2u, 3u}) {
-        const v1::Terrain one = RulesOf(biome, 1, season, seed);
+        const v1::Terrain one = LimitedRules(biome, 1, season, seed);
         ASSERT_TRUE(CheckRules(one).ok()) << biome.name() << ": " << CheckRules(one);
         for (const double density : {0.0, 0.01, 5.0}) {
-          const v1::Terrain recipe = RulesOf(biome, density, season, seed);
+          const v1::Terrain recipe = LimitedRules(biome, density, season, seed);
           ASSERT_TRUE(CheckRules(recipe).ok()) << biome.name() << ": " << CheckRules(recipe);
           ASSERT_EQ(recipe.layers_size(), one.layers_size());
           for (int i = 0; i < one.layers_size(); ++i) {
@@ -85,7 +85,7 @@ Rigs ViewsAlongALine(const Terrain& terrain, int count, double step_m) {
 
 // Sixteen views of a plain at the greatest density want twice as much as there may be.
 TEST(Density, OfTheDensestPlainSmallThingsAreThinnedToTheCapAndAllTreesStay) {
-  v1::Terrain recipe = RulesOf(LoadBiome("plain").value(), 5, "summer", 1);
+  v1::Terrain recipe = LimitedRules(LoadBiome("plain").value(), 5, "summer", 1);
   MakeGroundCheap(recipe);
   const auto terrain = TerrainOf(recipe).value();
   const Rigs rigs = ViewsAlongALine(*terrain, 16, 25);

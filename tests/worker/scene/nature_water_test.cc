@@ -39,7 +39,7 @@ v1::SceneConfig Only(const std::string& biome) {
 }
 
 // Made once each: a landscape takes seconds.
-const v1::Scene& SceneOf(const std::string& biome) {
+const v1::Scene& WaterScene(const std::string& biome) {
   static std::map<std::string, v1::Scene>& scenes = *new std::map<std::string, v1::Scene>;
   const auto found = scenes.find(biome);
   if (found != scenes.end()) return found->second;
@@ -55,7 +55,7 @@ const v1::Scene& SceneOf(const std::string& biome) {
 
 class NatureWater : public testing::TestWithParam<const char*> {
  protected:
-  const v1::Scene& scene() const { return SceneOf(GetParam()); }
+  const v1::Scene& scene() const { return WaterScene(GetParam()); }
   const v1::Terrain& land() const { return scene().place().terrain(); }
   std::shared_ptr<const Expansion> Expanded() const {
     return ExpandTerrain(land(), scene().rigs()).value();
@@ -175,7 +175,7 @@ TEST_P(NatureWater, ItsMeshCoversEveryPlaceThatIsWet) {
 }
 
 TEST(NatureWaterRecipe, WaterThatNobodyCanMakeIsAnError) {
-  v1::Terrain land = SceneOf("river").place().terrain();
+  v1::Terrain land = WaterScene("river").place().terrain();
   EXPECT_TRUE(TerrainSpecOf(land).ok());
   const auto broken = [&](auto change) {
     v1::Terrain copy = land;
@@ -226,7 +226,7 @@ TEST(Beaches, SandIsBeigeAsLightAsItWas) {
 
 // Snow takes no tone of dry or damp earth: it was blue in one place and beige in another.
 TEST(ArcticGround, IsAsWhiteInOnePlaceAsInAnother) {
-  const v1::Scene& scene = SceneOf("arctic");
+  const v1::Scene& scene = WaterScene("arctic");
   const auto geometry = BuildSceneGeometry(scene).value();
   const v1::Terrain& land = scene.place().terrain();
   const auto terrain = TerrainOf(land).value();

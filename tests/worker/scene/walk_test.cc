@@ -11,7 +11,7 @@ namespace parallax {
 namespace {
 
 // A square of ground, `half_m` to each side, at a height.
-Mesh Square(float half_m, float z) {
+Mesh SquareMesh(float half_m, float z) {
   Mesh mesh;
   mesh.positions = {
       {-half_m, -half_m, z}, {half_m, -half_m, z}, {half_m, half_m, z}, {-half_m, half_m, z}};
@@ -25,8 +25,8 @@ std::map<std::string, int> ReasonsOnTop(float top_half_m, float depth_m) {
   v1::SceneConfig config = LoadSceneConfig("nature").value();
   config.mutable_rigs()->set_count(4);
   RayScene solid;
-  solid.Add(Square(top_half_m, 0), Eigen::Affine3f::Identity());
-  solid.Add(Square(30'000, -depth_m), Eigen::Affine3f::Identity());
+  solid.Add(SquareMesh(top_half_m, 0), Eigen::Affine3f::Identity());
+  solid.Add(SquareMesh(30'000, -depth_m), Eigen::Affine3f::Identity());
   solid.Commit();
   const WalkLand land{[](const Vec2f&) { return 0.0f; }, solid, Vec2f::Zero(), 2};
   WalkFinder finder(config, 4);

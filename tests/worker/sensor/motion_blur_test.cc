@@ -7,7 +7,7 @@
 namespace parallax {
 namespace {
 
-constexpr int kWidth = 128, kHeight = 64;
+constexpr int kBlurWidth = 128, kBlurHeight = 64;
 
 EyeMotion Eye() {
   EyeMotion motion;
@@ -48,11 +48,11 @@ TEST(MotionBlur, ShiftsAreThoseOfPointsProjectedFromAMovedEye) {
 TEST(MotionBlur, AnEdgeBecomesARampAsWideAsTheShift) {
   EyeMotion m = Eye();
   m.velocity_m_s = {10, 0, 0};  // 0.2 m at 2 m: 10 px.
-  ImageF3 light(kWidth, kHeight);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 64; x < kWidth; ++x) light(x, y, 0) = 1;
+  ImageF3 light(kBlurWidth, kBlurHeight);
+  for (int y = 0; y < kBlurHeight; ++y) {
+    for (int x = 64; x < kBlurWidth; ++x) light(x, y, 0) = 1;
   }
-  BlurByMotion(m, ImageF(kWidth, kHeight, 2.0f), light);
+  BlurByMotion(m, ImageF(kBlurWidth, kBlurHeight, 2.0f), light);
   for (int x = 20; x < 108; ++x) {
     const double ramp = std::clamp((x + 0.5 - 59) / 10, 0.0, 1.0);
     EXPECT_NEAR(light(x, 20, 0), ramp, 0.08) << x;
@@ -64,10 +64,10 @@ TEST(MotionBlur, AnEdgeBecomesARampAsWideAsTheShift) {
 TEST(MotionBlur, NearThingsSmearOverTheFarOnesThatStaySharp) {
   EyeMotion m = Eye();
   m.velocity_m_s = {5, 0, 0};  // 10 px at 1 m, 0.1 px at 100 m.
-  ImageF3 light(kWidth, kHeight);
-  ImageF depth(kWidth, kHeight, 100.0f);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  ImageF3 light(kBlurWidth, kBlurHeight);
+  ImageF depth(kBlurWidth, kBlurHeight, 100.0f);
+  for (int y = 0; y < kBlurHeight; ++y) {
+    for (int x = 0; x < kBlurWidth; ++x) {
       const bool post = x >= 50 && x < 70;
       if (post) depth(x, y) = 1;
       light(x, y, 0) = post ? 1.0f : 0.0f;
@@ -86,11 +86,11 @@ TEST(MotionBlur, NearThingsSmearOverTheFarOnesThatStaySharp) {
 TEST(MotionBlur, EachPixelMovesByItsOwnDepth) {
   EyeMotion m = Eye();
   m.velocity_m_s = {5, 0, 0};  // 10 px at 1 m, 0.1 px at 100 m.
-  ImageF3 light(kWidth, kHeight);
-  ImageF depth(kWidth, kHeight);
+  ImageF3 light(kBlurWidth, kBlurHeight);
+  ImageF depth(kBlurWidth, kBlurHeight);
   const auto is_near = [](int x, int y) { return x < 64 && y < 32; };
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  for (int y = 0; y < kBlurHeight; ++y) {
+    for (int x = 0; x < kBlurWidth; ++x) {
       depth(x, y) = is_near(x, y) ? 1.0f : 100.0f;
       light(x, y, 0) = x % 64 >= 32 ? 1.0f : 0.0f;  // Edges at 32 and 96.
     }

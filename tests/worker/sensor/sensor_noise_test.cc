@@ -8,8 +8,8 @@
 namespace parallax {
 namespace {
 
-constexpr int kSide = 256;
-constexpr double kPixels = kSide * kSide;
+constexpr int kNoiseSide = 256;
+constexpr double kPixels = kNoiseSide * kNoiseSide;
 const Rng kStream(SceneSeed{7}, "noise");
 
 struct Moments {
@@ -29,7 +29,7 @@ Moments MomentsOf(const ImageF& picture) {
 TEST(AddNoise, FollowsThePhotonTransferCurve) {
   const NoiseModel model{1000, 5};
   for (const double light : {0.0, 0.001, 0.004, 0.016, 0.031, 0.033, 0.12, 0.5, 1.0, 2.5}) {
-    ImageF picture(kSide, kSide, static_cast<float>(light));
+    ImageF picture(kNoiseSide, kNoiseSide, static_cast<float>(light));
     AddNoise(model, kStream.Child("level", static_cast<uint64_t>(1000 * light)), picture);
     const Moments seen = MomentsOf(picture);
     const double electrons = light * model.white_e;
@@ -45,7 +45,7 @@ TEST(AddNoise, FollowsThePhotonTransferCurve) {
 
 TEST(AddNoise, FewPhotonsComeAsPoissonSaid) {
   const NoiseModel model{1, 0};
-  ImageF picture(kSide, kSide, 2.0f);
+  ImageF picture(kNoiseSide, kNoiseSide, 2.0f);
   AddNoise(model, kStream, picture);
   double expected = std::exp(-2.0);
   for (int count = 0; count < 4; ++count) {
@@ -57,7 +57,7 @@ TEST(AddNoise, FewPhotonsComeAsPoissonSaid) {
 }
 
 TEST(AddNoise, CutsWhatAPixelCanNotHold) {
-  ImageF picture(kSide, 1, 100.0f);
+  ImageF picture(kNoiseSide, 1, 100.0f);
   AddNoise({1000, 5}, kStream, picture);
   for (const float v : picture.values()) {
     EXPECT_LE(double{v}, kFullWell);
@@ -66,7 +66,7 @@ TEST(AddNoise, CutsWhatAPixelCanNotHold) {
 }
 
 TEST(AddNoise, IsTheStreamsOwnAndIndependentOfOthers) {
-  ImageF a(kSide, kSide, 0.5f), again = a, b = a;
+  ImageF a(kNoiseSide, kNoiseSide, 0.5f), again = a, b = a;
   AddNoise({1000, 5}, kStream.Child("left"), a);
   AddNoise({1000, 5}, kStream.Child("left"), again);
   AddNoise({1000, 5}, kStream.Child("right"), b);

@@ -8,7 +8,7 @@
 namespace parallax {
 namespace {
 
-const SnowSpec kSpec = {
+const SnowSpec kSnow = {
     .depth_m = 0.6f, .line_m = -1000, .line_soft_m = 10, .slope = 0.7f, .seed = 3};
 
 // Waves of 40 m along x, so steep at the steepest.
@@ -25,7 +25,7 @@ Field Waves(float slope) {
 }
 
 TEST(Snow, LiesOnLevelGroundAsDeepAsItFell) {
-  const Field snow = SnowOn(Field::Square(65, 96), kSpec);
+  const Field snow = SnowOn(Field::Square(65, 96), kSnow);
   double sum = 0;
   for (const float depth : snow.values) sum += static_cast<double>(depth);
   EXPECT_NEAR(sum / static_cast<double>(snow.values.size()), 0.6, 0.1);
@@ -38,16 +38,16 @@ TEST(Snow, NoneLiesOnSteepRockOrBelowItsLine) {
       ramp.At(column, row) = 1.5f * ramp.PositionOf(column, row).x();
     }
   }
-  const Field steep = SnowOn(ramp, kSpec);
+  const Field steep = SnowOn(ramp, kSnow);
   EXPECT_EQ(steep.At(32, 32), 0);
-  SnowSpec high = kSpec;
+  SnowSpec high = kSnow;
   high.line_m = 500;
   EXPECT_EQ(SnowOn(Field::Square(65, 96), high).At(32, 32), 0);
 }
 
 TEST(Snow, FillsHollowsAndNeverDigs) {
   const Field ground = Waves(0.5f);
-  const Field snow = SnowOn(ground, kSpec);
+  const Field snow = SnowOn(ground, kSnow);
   double hollows = 0, crests = 0, flatter = 0, before = 0;
   int count = 0;
   for (int row = 20; row < 109; ++row) {
@@ -69,7 +69,7 @@ TEST(Snow, FillsHollowsAndNeverDigs) {
 }
 
 TEST(Snow, WindTakesItToTheLee) {
-  SnowSpec east = kSpec, west = kSpec;
+  SnowSpec east = kSnow, west = kSnow;
   east.wind_rad = 0;
   west.wind_rad = std::numbers::pi_v<float>;
   // Column 64 is at x = 0, where the ground rises towards +x.

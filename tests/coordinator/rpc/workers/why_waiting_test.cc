@@ -28,7 +28,7 @@ WorkerGroup Drained(Tags kinds, Tags tags = {}) {
   return group;
 }
 
-struct Row {
+struct WaitingRow {
   const char* what;
   ReadyKey jobs;
   StudyHold study;
@@ -37,7 +37,7 @@ struct Row {
   const char* text;
 };
 
-std::vector<Row> Rows() {
+std::vector<WaitingRow> WaitingRows() {
   const ReadyKey train = Jobs("train", {"trainer:raftstereo"});
   WorkerGroup many = Busy({"render"});
   many.busy = 20;
@@ -179,7 +179,7 @@ std::vector<Row> Rows() {
 
 TEST(WhyWaiting, EveryRowHasItsReason) {
   std::set<std::string> seen;
-  for (const Row& row : Rows()) {
+  for (const WaitingRow& row : WaitingRows()) {
     const WaitReason reason = WhyWaiting(row.jobs, row.study, row.workers);
     EXPECT_EQ(reason.code, row.code) << row.what;
     EXPECT_EQ(reason.text, row.text) << row.what;

@@ -11,41 +11,43 @@ namespace {
 using std::chrono::seconds;
 using Seen = FakeCoordinator::Seen;
 
-constexpr SteadyTime kStart{seconds(1000)};
+constexpr SteadyTime kRetirementStart{seconds(1000)};
 
 TEST(Retirement, LeavesAfterIdlingAndNotWhileItWorks) {
-  Retirement retirement({.idle_s = 60}, kStart);
-  EXPECT_EQ(retirement.WhyLeave(kStart + seconds(59)), nullptr);
-  EXPECT_EQ(retirement.NextLook(kStart + seconds(500)), kStart + seconds(60));
-  retirement.Observe(/*busy=*/true, kStart + seconds(59));
-  EXPECT_EQ(retirement.WhyLeave(kStart + seconds(1000)), nullptr);
-  retirement.Observe(/*busy=*/false, kStart + seconds(1000));
-  retirement.Observe(/*busy=*/false, kStart + seconds(1030));
-  EXPECT_EQ(retirement.WhyLeave(kStart + seconds(1059)), nullptr);
-  EXPECT_STREQ(retirement.WhyLeave(kStart + seconds(1060)), "idle");
+  Retirement retirement({.idle_s = 60}, kRetirementStart);
+  EXPECT_EQ(retirement.WhyLeave(kRetirementStart + seconds(59)), nullptr);
+  EXPECT_EQ(retirement.NextLook(kRetirementStart + seconds(500)), kRetirementStart + seconds(60));
+  retirement.Observe(/*busy=*/true, kRetirementStart + seconds(59));
+  EXPECT_EQ(retirement.WhyLeave(kRetirementStart + seconds(1000)), nullptr);
+  retirement.Observe(/*busy=*/false, kRetirementStart + seconds(1000));
+  retirement.Observe(/*busy=*/false, kRetirementStart + seconds(1030));
+  EXPECT_EQ(retirement.WhyLeave(kRetirementStart + seconds(1059)), nullptr);
+  EXPECT_STREQ(retirement.WhyLeave(kRetirementStart + seconds(1060)), "idle");
 }
 
 TEST(Retirement, WithoutOptionsItStaysForEver) {
-  Retirement retirement({}, kStart);
-  EXPECT_EQ(retirement.WhyLeave(kStart + seconds(10'000'000)), nullptr);
-  EXPECT_TRUE(retirement.TakesWork(kStart + seconds(10'000'000)));
+  Retirement retirement({}, kRetirementStart);
+  EXPECT_EQ(retirement.WhyLeave(kRetirementStart + seconds(10'000'000)), nullptr);
+  EXPECT_TRUE(retirement.TakesWork(kRetirementStart + seconds(10'000'000)));
 }
 
 TEST(Retirement, TakesNoJobThatTheDeadlineWouldCutOff) {
-  Retirement retirement({.deadline = kStart + seconds(600), .margin_s = 20}, kStart);
-  EXPECT_TRUE(retirement.TakesWork(kStart + seconds(579)));
-  EXPECT_FALSE(retirement.TakesWork(kStart + seconds(580)));
-  retirement.Began({1, 11}, kStart);
-  retirement.Observe(/*busy=*/true, kStart);
-  retirement.Ended({1, 11}, kStart + seconds(100));
-  EXPECT_TRUE(retirement.TakesWork(kStart + seconds(499)));
-  EXPECT_FALSE(retirement.TakesWork(kStart + seconds(500))) << "its last job took 100 s";
-  EXPECT_EQ(retirement.WhyLeave(kStart + seconds(500)), nullptr) << "something still runs";
-  retirement.Observe(/*busy=*/false, kStart + seconds(510));
-  EXPECT_STREQ(retirement.WhyLeave(kStart + seconds(510)),
+  Retirement retirement({.deadline = kRetirementStart + seconds(600), .margin_s = 20},
+                        kRetirementStart);
+  EXPECT_TRUE(retirement.TakesWork(kRetirementStart + seconds(579)));
+  EXPECT_FALSE(retirement.TakesWork(kRetirementStart + seconds(580)));
+  retirement.Began({1, 11}, kRetirementStart);
+  retirement.Observe(/*busy=*/true, kRetirementStart);
+  retirement.Ended({1, 11}, kRetirementStart + seconds(100));
+  EXPECT_TRUE(retirement.TakesWork(kRetirementStart + seconds(499)));
+  EXPECT_FALSE(retirement.TakesWork(kRetirementStart + seconds(500))) << "its last job took 100 s";
+  EXPECT_EQ(retirement.WhyLeave(kRetirementStart + seconds(500)), nullptr)
+      << "something still runs";
+  retirement.Observe(/*busy=*/false, kRetirementStart + seconds(510));
+  EXPECT_STREQ(retirement.WhyLeave(kRetirementStart + seconds(510)),
                "no further job would end before the deadline");
-  retirement.Observe(/*busy=*/true, kStart + seconds(520));
-  EXPECT_STREQ(retirement.WhyLeave(kStart + seconds(580)), "the deadline is near");
+  retirement.Observe(/*busy=*/true, kRetirementStart + seconds(520));
+  EXPECT_STREQ(retirement.WhyLeave(kRetirementStart + seconds(580)), "the deadline is near");
 }
 
 TEST_F(AgentTest, AnIdleWorkerEndsByItself) {

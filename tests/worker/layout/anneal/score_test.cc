@@ -10,12 +10,12 @@
 namespace parallax {
 namespace {
 
-struct Solved {
+struct ProblemAndWishes {
   RoomProblem problem;
   std::vector<Wish> wishes;
 };
 
-Solved ProblemOf(const std::string& kind, uint64_t seed) {
+ProblemAndWishes ProblemOf(const std::string& kind, uint64_t seed) {
   v1::SceneConfig config = DefaultSceneConfig();
   config.mutable_room()->clear_kinds();
   config.mutable_room()->add_kinds(kind);
@@ -28,7 +28,7 @@ Solved ProblemOf(const std::string& kind, uint64_t seed) {
 TEST(Score, WhatMovesLeftUntouchedIsStillRightAfterAWholeAnnealing) {
   for (const char* kind : {"living_room", "dining_room", "bedroom", "kitchen"}) {
     for (uint64_t seed = 0; seed < 3; ++seed) {
-      const Solved room = ProblemOf(kind, seed);
+      const ProblemAndWishes room = ProblemOf(kind, seed);
       AssetPool pool;
       const ModelRack rack(SceneSeed{seed}, pool);
       const AnnealResult result =
@@ -44,7 +44,7 @@ TEST(Score, WhatMovesLeftUntouchedIsStillRightAfterAWholeAnnealing) {
 TEST(Score, LongerAnnealingsAndMoreOfThemGiveLessLoss) {
   double quick = 0, best = 0;
   for (uint64_t seed = 0; seed < 4; ++seed) {
-    const Solved room = ProblemOf("dining_room", seed);
+    const ProblemAndWishes room = ProblemOf("dining_room", seed);
     AssetPool pool;
     const ModelRack rack(SceneSeed{seed}, pool);
     AnnealPlan plan;
@@ -57,8 +57,8 @@ TEST(Score, LongerAnnealingsAndMoreOfThemGiveLessLoss) {
   EXPECT_LT(best, quick);
 }
 
-Item ItemOf(const Solved& room, const std::string& group, const PooledAsset* asset, Vec2d at,
-            double yaw_rad) {
+Item ItemOf(const ProblemAndWishes& room, const std::string& group, const PooledAsset* asset,
+            Vec2d at, double yaw_rad) {
   Item item;
   for (size_t r = 0; r < room.problem.rows.size(); ++r) {
     if (room.problem.rows[r].row.group == group) item.row = static_cast<int>(r);
@@ -70,7 +70,7 @@ Item ItemOf(const Solved& room, const std::string& group, const PooledAsset* ass
 }
 
 TEST(Wish, CostsNothingWhereFulfilledAndMoreTheFartherFromIt) {
-  const Solved room = ProblemOf("living_room", 1);
+  const ProblemAndWishes room = ProblemOf("living_room", 1);
   AssetPool pool;
   const PooledAsset* sofa = *pool.Get("Sofa", 1);
   Arrangement facing(room.problem, {}), away(room.problem, {});
@@ -88,7 +88,7 @@ TEST(Wish, CostsNothingWhereFulfilledAndMoreTheFartherFromIt) {
 }
 
 TEST(Wish, SumsWeighsAndTakesTheWorst) {
-  const Solved room = ProblemOf("living_room", 1);
+  const ProblemAndWishes room = ProblemOf("living_room", 1);
   const Wish one("one", WishKind::kRelation, {"sofa"},
                  [](const Arrangement&, FloorRegion&) { return 1.0; });
   const Wish two = one.Weight(2).Named("two");

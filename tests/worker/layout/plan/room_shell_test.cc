@@ -14,7 +14,7 @@
 namespace parallax {
 namespace {
 
-constexpr int kSeeds = 30;
+constexpr int kShells = 30;
 
 v1::Room RoomOf(uint64_t seed) {
   v1::RoomConfig config = DefaultSceneConfig().room();
@@ -48,7 +48,7 @@ int OpenEdges(const Mesh& mesh) {
 }
 
 TEST(RoomShell, EveryPartIsAValidClosedMesh) {
-  for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+  for (uint64_t seed = 0; seed < kShells; ++seed) {
     v1::Room room = RoomOf(seed);
     room.set_window_glass(seed % 2 == 0);
     for (const std::string& part : RoomParts(room)) {
@@ -106,7 +106,7 @@ TEST(RoomShell, ClosedRoomLetsNoRayOut) {
 
 TEST(RoomShell, RayThroughAWindowWithoutGlassLeavesTheRoom) {
   int windows = 0;
-  for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+  for (uint64_t seed = 0; seed < kShells; ++seed) {
     const v1::Room room = RoomOf(seed);
     RayScene scene;
     scene.Add(*MakeRoomPart(room, "walls"), Eigen::Affine3f::Identity());
@@ -122,7 +122,7 @@ TEST(RoomShell, RayThroughAWindowWithoutGlassLeavesTheRoom) {
       ++windows;
     }
   }
-  EXPECT_GT(windows, kSeeds);
+  EXPECT_GT(windows, kShells);
 }
 
 TEST(RoomShell, OpeningsKeepApartAndInsideTheirWalls) {

@@ -21,6 +21,7 @@ using test::Build;
 using test::Built;
 using test::DiffuseSample;
 using test::Estimate;
+using test::MakeFloor;
 using test::MakeQuad;
 using test::Radiance;
 using test::TestScene;
@@ -32,13 +33,6 @@ LightSample SampleAt(const Built& built, const Vec3f& position, float choice, co
   LightSamples8 samples;
   sampler.Sample(sought.receivers, sought.lights, Splat(u.x()), Splat(u.y()), &samples);
   return samples.Get(0);
-}
-
-TestScene Floor(float albedo) {
-  TestScene test;
-  const uint32_t grey = test.AddMaterial(DiffuseSample(Vec3f::Constant(albedo)));
-  test.AddMesh(MakeQuad({-5, -5, 0}, {10, 0, 0}, {0, 10, 0}), grey);
-  return test;
 }
 
 void AddSpot(TestScene* test, const Vec3d& position, const Vec3d& direction, double radius_m,
@@ -78,7 +72,7 @@ struct NamedScene {
 std::vector<NamedScene> OneOfEachKind() {
   std::vector<NamedScene> all;
   const auto add = [&](const std::string& name, auto light) {
-    all.push_back({name, Floor(0.5f)});
+    all.push_back({name, MakeFloor(0.5f)});
     light(&all.back().scene);
   };
   add("point", [](TestScene* t) { t->AddPointLight({0.4, 0.2, 1.1}, 0.3, 80); });
@@ -166,7 +160,7 @@ TEST(LightSampling, EachKindAgreesWithBruteForce) {
 }
 
 TEST(LightSampling, ManyLightsAgreeWithBruteForceAndAreChosenByWhatTheyGive) {
-  TestScene test = Floor(0.5f);
+  TestScene test = MakeFloor(0.5f);
   Rng rng(SceneSeed{5}, "many");
   const uint32_t black = test.AddMaterial(DiffuseSample(Vec3f::Zero()));
   for (int i = 0; i < 40; ++i) {
@@ -195,7 +189,7 @@ TEST(LightSampling, ManyLightsAgreeWithBruteForceAndAreChosenByWhatTheyGive) {
 }
 
 TEST(LightSampling, IdealLightsAreChosenWithChancesThatSumToOne) {
-  TestScene test = Floor(0.5f);
+  TestScene test = MakeFloor(0.5f);
   constexpr int kLights = 40;
   for (int i = 0; i < kLights; ++i) {
     test.AddPointLight({0.2 * i - 3, 0.1 * i, 1 + 0.05 * i}, 0, 5.0 * (i + 1));
@@ -223,7 +217,7 @@ TEST(LightSampling, IdealLightsAreChosenWithChancesThatSumToOne) {
 
 // Points of two rooms and of the garden, lamps of every kind in reach of all.
 TEST(LightSampling, EightPointsChooseAndSampleAsEachAlone) {
-  TestScene test = Floor(0.5f);
+  TestScene test = MakeFloor(0.5f);
   test.recipe.mutable_sky()->set_strength(1);
   test.recipe.mutable_sky()->set_sun_strength(1);
   test.recipe.mutable_sky()->set_sun_elevation_rad(0.9);
@@ -305,7 +299,7 @@ TEST(LightSampling, EightPointsChooseAndSampleAsEachAlone) {
 
 // A hall has a thousand times the cells of a cupboard: its numbers lie far beyond the cupboard's.
 TEST(LightSampling, PointsOfAHallLeaveTheGainsOfASmallRoomAlone) {
-  TestScene test = Floor(0.5f);
+  TestScene test = MakeFloor(0.5f);
   test.recipe.mutable_sky()->set_strength(1);
   for (const double size : {1.0, 40.0}) {
     v1::Room* room = test.recipe.mutable_place()->mutable_house()->add_rooms();
@@ -351,7 +345,7 @@ TEST(LightSampling, PointsOfAHallLeaveTheGainsOfASmallRoomAlone) {
 TEST(LightSampling, ASpotSendsItsPowerIntoItsCone) {
   for (const double blend : {0.0, 0.5, 1.0}) {
     for (const double radius : {0.0, 0.1}) {
-      TestScene test = Floor(0.5f);
+      TestScene test = MakeFloor(0.5f);
       AddSpot(&test, {0, 0, 2}, {0, 0, -3}, radius, 100, 0.6, blend);
       const Built built = Build(test);
       // Flux through a sphere of 1 m around it, seen from points of that sphere.
@@ -381,7 +375,7 @@ TEST(LightSampling, ASpotSendsItsPowerIntoItsCone) {
 
 TEST(LightSampling, ASpotWithoutAConeIsRefusedByName) {
   for (const double cone : {0.0, 4.0, std::nan("")}) {
-    TestScene test = Floor(0.5f);
+    TestScene test = MakeFloor(0.5f);
     AddSpot(&test, {0, 0, 2}, {0, 0, -1}, 0, 10, cone, 0);
     test.recipe.mutable_lights(0)->set_name("stage");
     const auto scene = RenderScene::Build(test.geometry, 0);
@@ -434,7 +428,7 @@ TEST(LightSampling, FormFactorsOfSquaresAndOfASphereAreTheClosedForms) {
 
   // A sphere above the centre of a coaxial disk: 1/2 (1 - 1 / sqrt(1 + (R / h)^2)) of its light.
   // Over a disk of radius 1, here a square's points within it.
-  TestScene test = Floor(1.0f);
+  TestScene test = MakeFloor(1.0f);
   test.AddPointLight({0, 0, 0.8}, 0.5, 100);
   const Built built = Build(test);
   Rng rng(SceneSeed{6}, "disk");
@@ -452,7 +446,7 @@ TEST(LightSampling, FormFactorsOfSquaresAndOfASphereAreTheClosedForms) {
 }
 
 TEST(LightSampling, TheSunsDiskGivesItsIrradiance) {
-  TestScene test = Floor(0.5f);
+  TestScene test = MakeFloor(0.5f);
   v1::Sky* sky = test.recipe.mutable_sky();
   sky->set_strength(1);
   sky->set_sun_strength(0.7);

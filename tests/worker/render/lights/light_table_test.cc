@@ -17,6 +17,7 @@ using test::Built;
 using test::DiffuseSample;
 using test::Estimate;
 using test::MakeBox;
+using test::MakeFloor;
 using test::MakeQuad;
 using test::MakeSphere;
 using test::Radiance;
@@ -25,16 +26,9 @@ using test::TestScene;
 const Vec3f kEye(0.4f, -0.3f, 1.5f);
 const Vec3f kTarget(0, 0, 0);
 
-TestScene Floor(float albedo) {
-  TestScene test;
-  const uint32_t grey = test.AddMaterial(DiffuseSample(Vec3f::Constant(albedo)));
-  test.AddMesh(MakeQuad({-5, -5, 0}, {10, 0, 0}, {0, 10, 0}), grey);
-  return test;
-}
-
 TEST(Lights, PointLightGivesInverseSquareTimesCosine) {
   for (const double radius : {0.0, 0.2}) {
-    TestScene test = Floor(0.5f);
+    TestScene test = MakeFloor(0.5f);
     test.AddPointLight({1, 0.5, 2}, radius, 100);
     const double d2 = 1 + 0.25 + 4;
     const double irradiance = 100 / (4 * M_PI * d2) * (2 / std::sqrt(d2));
@@ -53,7 +47,7 @@ double CornerFormFactor(double a, double b, double c) {
 }
 
 TEST(Lights, RectangleGivesTheClosedFormWithEachStrategy) {
-  TestScene test = Floor(0.5f);
+  TestScene test = MakeFloor(0.5f);
   const uint32_t black = test.AddMaterial(DiffuseSample(Vec3f::Zero()));
   // Above the quarter x, y > 0; faces down.
   const uint32_t lamp = test.AddMesh(MakeQuad({0, 0, 1.2f}, {0, 0.8f, 0}, {1.5f, 0, 0}), black);
@@ -112,7 +106,7 @@ TEST(Lights, SmoothNormalsTakeLightOnlyNearTheHorizonOfTheFace) {
 }
 
 TEST(Lights, MeshLightShinesFromItsFrontOnly) {
-  TestScene test = Floor(0.5f);
+  TestScene test = MakeFloor(0.5f);
   const uint32_t black = test.AddMaterial(DiffuseSample(Vec3f::Zero()));
   const uint32_t lamp = test.AddMesh(MakeQuad({0, 0, 1.2f}, {1.5f, 0, 0}, {0, 0.8f, 0}), black);
   test.AddMeshLight(lamp, 60);
@@ -310,7 +304,7 @@ TEST(Lights, PlacesWithAGroundOfTheirOwnSeeTheHorizonsLightBelowIt) {
 }
 
 TEST(Lights, OpenSkyAgreesWithBruteForce) {
-  TestScene test = Floor(0.5f);
+  TestScene test = MakeFloor(0.5f);
   v1::Sky* sky = test.recipe.mutable_sky();
   sky->set_strength(0.8);
   sky->set_sun_strength(0.5);
@@ -353,7 +347,7 @@ TEST(Lights, HalfOpenAndThinGlassWeakenLightAlikeForAllStrategies) {
   pane.thin_walled = true;
   pane.roughness = 0;
   for (const SurfaceSample& sheet : {gauze, pane}) {
-    TestScene test = Floor(0.5f);
+    TestScene test = MakeFloor(0.5f);
     const uint32_t black = test.AddMaterial(DiffuseSample(Vec3f::Zero()));
     test.AddMeshLight(test.AddMesh(MakeQuad({-0.5f, -0.5f, 1.2f}, {0, 1, 0}, {1, 0, 0}), black),
                       60);
@@ -380,7 +374,7 @@ TEST(Lights, InterreflectionInAClosedBoxSumsTheSeries) {
 }
 
 TEST(Lights, UnknownKindIsRefusedByName) {
-  TestScene test = Floor(0.5f);
+  TestScene test = MakeFloor(0.5f);
   v1::Light* light = test.recipe.add_lights();
   light->set_name("odd");
   *light->mutable_power_w() = ToProto(Vec3d::Ones());

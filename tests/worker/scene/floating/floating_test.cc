@@ -13,7 +13,7 @@
 namespace parallax {
 namespace {
 
-v1::SolveJob JobOf(uint64_t seed) {
+v1::SolveJob FloatingJob(uint64_t seed) {
   v1::SolveJob job;
   job.set_scene_seed(seed);
   v1::SceneConfig& config = *job.mutable_config();
@@ -24,7 +24,7 @@ v1::SolveJob JobOf(uint64_t seed) {
   return job;
 }
 
-v1::Scene SceneOf(const v1::SolveJob& job) {
+v1::Scene FloatingScene(const v1::SolveJob& job) {
   const auto result = Solve(job, CancelToken());
   EXPECT_TRUE(result.ok() && result->has_scene()) << result.status();
   return result->scene();
@@ -73,7 +73,7 @@ int CountOverlaps(const Solids& solids) {
 }
 
 TEST(Floating, OfPlacementBoxHaveTheirMiddlesInTheBox) {
-  v1::SolveJob job = JobOf(3);
+  v1::SolveJob job = FloatingJob(3);
   v1::FloatingBox& box = *job.mutable_config()->mutable_floating()->mutable_box();
   box.set_min_x_m(0.6);
   box.set_max_x_m(2.4);
@@ -81,7 +81,7 @@ TEST(Floating, OfPlacementBoxHaveTheirMiddlesInTheBox) {
   box.set_max_y_m(2.4);
   box.set_min_z_m(1.2);
   box.set_max_z_m(1.9);
-  const v1::Scene scene = SceneOf(job);
+  const v1::Scene scene = FloatingScene(job);
   const Solids solids(scene);
   ASSERT_GE(solids.floating.size(), 3u);
   for (const Floating& f : solids.floating) {
@@ -92,13 +92,13 @@ TEST(Floating, OfPlacementBoxHaveTheirMiddlesInTheBox) {
 }
 
 TEST(Floating, OfPlacementViewStandBeforeTheRigTheyWerePlacedFor) {
-  v1::SolveJob job = JobOf(4);
+  v1::SolveJob job = FloatingJob(4);
   v1::FloatingConfig& floating = *job.mutable_config()->mutable_floating();
   floating.set_placement(v1::FloatingConfig::PLACEMENT_VIEW);
   floating.set_view_rig(1);
   floating.mutable_distance_m()->mutable_uniform()->set_low(1.2);
   floating.mutable_distance_m()->mutable_uniform()->set_high(2.5);
-  const v1::Scene scene = SceneOf(job);
+  const v1::Scene scene = FloatingScene(job);
   const Solids solids(scene);
   ASSERT_GE(solids.floating.size(), 3u);
   RayScene room;
@@ -121,15 +121,15 @@ TEST(Floating, OfPlacementViewStandBeforeTheRigTheyWerePlacedFor) {
 }
 
 TEST(Floating, WarpedOnesTouchNothingAndKeepTheirSize) {
-  v1::SolveJob job = JobOf(6);
+  v1::SolveJob job = FloatingJob(6);
   job.mutable_config()->mutable_floating()->mutable_count()->set_constant(14);
   job.mutable_config()->mutable_floating()->mutable_warp()->set_constant(0.2);
-  const v1::Scene scene = SceneOf(job);
+  const v1::Scene scene = FloatingScene(job);
   const Solids solids(scene);
   ASSERT_GE(solids.floating.size(), 5u);
   EXPECT_EQ(CountOverlaps(solids), 0);
   job.mutable_config()->mutable_floating()->mutable_warp()->set_constant(0);
-  const v1::Scene straight = SceneOf(job);
+  const v1::Scene straight = FloatingScene(job);
   const Solids unwarped(straight);
   for (const Floating& f : solids.floating) {
     EXPECT_NE(f.object->warp_seed(), 0u);
@@ -145,12 +145,12 @@ TEST(Floating, WarpedOnesTouchNothingAndKeepTheirSize) {
 }
 
 TEST(Floating, MayIntersectOnlyWhereTheConfigLetsThem) {
-  v1::SolveJob job = JobOf(6);
+  v1::SolveJob job = FloatingJob(6);
   job.mutable_config()->mutable_floating()->mutable_count()->set_constant(14);
-  const v1::Scene apart = SceneOf(job);
+  const v1::Scene apart = FloatingScene(job);
   EXPECT_EQ(CountOverlaps(Solids(apart)), 0);
   job.mutable_config()->mutable_floating()->set_allow_intersections(true);
-  const v1::Scene meeting = SceneOf(job);
+  const v1::Scene meeting = FloatingScene(job);
   EXPECT_GT(CountOverlaps(Solids(meeting)), 0);
 }
 

@@ -222,6 +222,7 @@ class StudyLoader {
     CheckIdleSets();
     ResolveStream(own);
     if (!own.root.IsMap() || !chain_is_whole_) return;
+    FillInPairs();
     const struct {
       const char* field;
       const char* what;
@@ -446,6 +447,16 @@ class StudyLoader {
       if (!file.set || spec_.variants().empty() || is_used_[&file]) continue;
       CheckIdleFields(file.reader, *file.set, "set", last_merged_);
     }
+  }
+
+  // Absent, and each variant has its own: as many as the largest has.
+  void FillInPairs() {
+    int64_t most = 0;
+    for (const v1::VariantSpec& variant : spec_.variants()) {
+      if (variant.pairs() == 0) return;
+      most = std::max(most, variant.pairs());
+    }
+    if (most > 0 && seen_.insert("pairs").second) spec_.set_pairs(most);
   }
 
   // Absent: all rigs that every variant has.

@@ -169,6 +169,7 @@ TEST(StudyYaml, EachWrongValueNamesLineFieldAndWhatIsAllowed) {
        "variants[0].set.rigs"},
       {"pairs: 1\nvariants: [{name: a}]", "s.yaml:1: study: missing, allowed is the study's name"},
       {"study: s\nvariants: [{name: a}]", "s.yaml:1: pairs: missing, ..."},
+      {"study: s\nvariants: [{name: a, pairs: 4}, {name: b}]", "s.yaml:1: pairs: missing, ..."},
       {"study: s\npairs: 1", "s.yaml:1: variants: missing, ..."},
       {"study: My Study\npairs: 1\nvariants: [{name: a}]",
        "s.yaml:1: study: \"My Study\" can't be a folder's name, ..."},

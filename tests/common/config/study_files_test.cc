@@ -47,6 +47,13 @@ class StudyFilesTest : public ::testing::Test {
   std::string dir_;
 };
 
+TEST_F(StudyFilesTest, VariantsThatAllHaveTheirOwnPairsNeedNoneAtTheTop) {
+  const v1::StudySpec study =
+      Load(Write("s.yaml", "study: s\nvariants: [{name: a, pairs: 40}, {name: b, pairs: 60}]\n"));
+  EXPECT_EQ(study.pairs(), 60);
+  EXPECT_EQ(study.variants(0).pairs(), 40);
+}
+
 TEST_F(StudyFilesTest, AStudyIsOneInEachStyleOfYaml) {
   const v1::StudySpec block =
       Load(Write("s.yaml",

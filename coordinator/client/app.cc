@@ -1,7 +1,6 @@
 #include "coordinator/client/app.h"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -14,7 +13,6 @@
 #include "coordinator/client/commands/evaluate_command.h"
 #include "coordinator/client/commands/farm_command.h"
 #include "coordinator/client/views/help_formatter.h"
-#include "coordinator/client/views/text.h"
 #include "worker/materials/pictures/user_picture.h"
 
 namespace parallax::client {

@@ -20,12 +20,13 @@ absl::StatusOr<std::unique_ptr<Connection>> Session::ConnectInPlaceOf(
       what + ": no such folder here, and " + std::string(ToStd(connection.status().message())));
 }
 
-void Session::PrintJson(const nlohmann::ordered_json& json, bool one_line) const {
+ExitCode Session::PrintJson(const nlohmann::ordered_json& json, bool one_line) const {
   // Text from outside may not be UTF-8: shown with a replacement character rather than not at all.
   *out().stream << json.dump(one_line ? -1 : 2, ' ', false,
                              nlohmann::ordered_json::error_handler_t::replace)
                 << "\n"
                 << std::flush;
+  return kExitOk;
 }
 
 void Session::PrintError(const std::string& message) const {
@@ -52,7 +53,7 @@ CLI::App* Registry::AddCommand(CLI::App& parent, const std::string& name,
                                const std::string& description, const std::string& footer) {
   CLI::App* command = parent.add_subcommand(name, description);
   command->footer(footer);
-  command->group("Commands");
+  command->group(&parent == &app ? kLocalCommands : "Commands");
   return command;
 }
 
@@ -69,16 +70,12 @@ void Registry::AddJsonOption(CLI::App* command) {
 
 void Registry::AddConnectionOptions(CLI::App* command) {
   AddJsonOption(command);
-  command
-      ->add_option("--coordinator", options.coordinator,
-                   "HOST:PORT or unix:/PATH (default $PARALLAX_COORDINATOR or 127.0.0.1:7070)")
-      ->type_name("ADDR")
+  AddOption(command, "--coordinator", "ADDR", options.coordinator,
+            "HOST:PORT or unix:/PATH (default $PARALLAX_COORDINATOR or 127.0.0.1:7070)")
       ->group("Connection");
-  command
-      ->add_option("--tls", options.tls_dir,
-                   "Folder with your certificate, as `coordinator init` makes it (default "
-                   "$PARALLAX_TLS)")
-      ->type_name("DIR")
+  AddOption(command, "--tls", "DIR", options.tls_dir,
+            "Folder with your certificate, as `coordinator init` makes it (default "
+            "$PARALLAX_TLS)")
       ->group("Connection");
   command->add_flag("--insecure", options.insecure, "Reach another machine without encryption")
       ->group("Connection");

@@ -36,8 +36,8 @@ struct Session {
   // Connects to look for a study named `what`, because there is no such folder. Errors: kNotFound
   // for a path; those of Connect, which say so.
   absl::StatusOr<std::unique_ptr<Connection>> ConnectInPlaceOf(const std::string& what) const;
-  // Writes a JSON document to standard output, indented unless `one_line`.
-  void PrintJson(const nlohmann::ordered_json& json, bool one_line = false) const;
+  // Writes a JSON document to standard output, indented unless `one_line`. Returns kExitOk.
+  ExitCode PrintJson(const nlohmann::ordered_json& json, bool one_line = false) const;
   // Write "error: ..." or "note: ..." to standard error.
   void PrintError(const std::string& message) const;
   void PrintNote(const std::string& message) const;
@@ -59,7 +59,8 @@ struct Registry {
   CommonOptions& options;
   Action& chosen;
 
-  // Adds a command below `parent`. `footer` is shown at the end of its --help.
+  // Adds a command below `parent`, among the local ones if that is the program. `footer` is shown
+  // at the end of its --help.
   CLI::App* AddCommand(CLI::App& parent, const std::string& name, const std::string& description,
                        const std::string& footer = "");
   // Sets the action that runs if the command is given.
@@ -67,6 +68,13 @@ struct Registry {
   void AddJsonOption(CLI::App* command);
   void AddConnectionOptions(CLI::App* command);  // And --json.
 };
+
+// Adds an option whose value is called `type` in the help. `value` outlives the command.
+template <typename Value>
+CLI::Option* AddOption(CLI::App* command, const char* names, const char* type, Value& value,
+                       const std::string& description) {
+  return command->add_option(names, value, description)->type_name(type);
+}
 
 // Register the commands of these names; each has a file of its own in this folder.
 void RegisterRun(Registry& registry);

@@ -5,8 +5,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <sstream>
-#include <vector>
+#include <tuple>
 
 #include "common/base/names.h"
 #include "common/base/shell_word.h"
@@ -83,9 +84,9 @@ absl::Status CheckTexts(const Request& request) {
 
 struct Connection::Stub {
   std::shared_ptr<grpc::Channel> channel;
-  std::unique_ptr<v1::Coordinator::Stub> coordinator;
-  std::unique_ptr<v1::Streams::Stub> streams;
-  std::unique_ptr<v1::Searches::Stub> searches;
+  std::tuple<std::unique_ptr<v1::Coordinator::Stub>, std::unique_ptr<v1::Streams::Stub>,
+             std::unique_ptr<v1::Searches::Stub>>
+      services;
 };
 
 Connection::Connection(RpcAddress address, RpcSecurity security, std::unique_ptr<Stub> stub)
@@ -100,20 +101,16 @@ absl::StatusOr<std::unique_ptr<Connection>> Connection::Open(const std::string& 
   ASSIGN_OR_RETURN(const RpcAddress parsed, ParseRpcAddress(address));
   auto stub = std::make_unique<Stub>();
   ASSIGN_OR_RETURN(stub->channel, ConnectRpc(parsed, security));
-  stub->coordinator = v1::Coordinator::NewStub(stub->channel);
-  stub->streams = v1::Streams::NewStub(stub->channel);
-  stub->searches = v1::Searches::NewStub(stub->channel);
+  stub->services = {v1::Coordinator::NewStub(stub->channel), v1::Streams::NewStub(stub->channel),
+                    v1::Searches::NewStub(stub->channel)};
   return std::unique_ptr<Connection>(new Connection(parsed, security, std::move(stub)));
 }
 
-template <typename Request, typename Reply, typename Method>
-absl::StatusOr<Reply> Connection::Call(Method method, const Request& request) {
-  return CallOn<Request, Reply>(*stub_->coordinator, method, request);
-}
-
-template <typename Request, typename Reply, typename ServiceStub, typename Method>
-absl::StatusOr<Reply> Connection::CallOn(ServiceStub& service, Method method,
-                                         const Request& request, double more_s) {
+template <typename Service, typename Request, typename Reply>
+absl::StatusOr<Reply> Connection::Call(grpc::Status (Service::*method)(grpc::ClientContext*,
+                                                                       const Request&, Reply*),
+                                       const std::type_identity_t<Request>& request,
+                                       double more_s) {
   RETURN_IF_ERROR(CheckTexts(request));
   AwaitRpc(*stub_->channel, kTimeToReconnect);
   grpc::ClientContext context;
@@ -121,7 +118,8 @@ absl::StatusOr<Reply> Connection::CallOn(ServiceStub& service, Method method,
       (where_.is_unix() ? kTimeoutOnThisMachine : kTimeout) + std::chrono::duration<double>(more_s);
   SetRpcTimeout(context, timeout);
   Reply reply;
-  const grpc::Status status = (service.*method)(&context, request, &reply);
+  const grpc::Status status =
+      (*std::get<std::unique_ptr<Service>>(stub_->services).*method)(&context, request, &reply);
   if (status.ok()) {
     // Names and errors are printed, and may be those of an earlier version's database. Only errors
     // and logs have more than one line.
@@ -150,15 +148,14 @@ absl::StatusOr<Reply> Connection::CallOn(ServiceStub& service, Method method,
 }
 
 absl::StatusOr<v1::SubmitReply> Connection::Submit(const v1::SubmitRequest& request) {
-  return Call<v1::SubmitRequest, v1::SubmitReply>(&v1::Coordinator::Stub::Submit, request);
+  return Call(&v1::Coordinator::Stub::Submit, request);
 }
 
 absl::StatusOr<v1::ListStudiesReply> Connection::StudiesBefore(int64_t before, int limit) {
   v1::ListStudiesRequest request;
   request.set_before(before);
   request.set_limit(limit);
-  ASSIGN_OR_RETURN(v1::ListStudiesReply page, (Call<v1::ListStudiesRequest, v1::ListStudiesReply>(
-                                                  &v1::Coordinator::Stub::ListStudies, request)));
+  ASSIGN_OR_RETURN(v1::ListStudiesReply page, Call(&v1::Coordinator::Stub::ListStudies, request));
   // An earlier coordinator knows no `before` and begins anew.
   if (before > 0 && !page.studies().empty() && page.studies(0).study_id() >= before) {
     page.clear_studies();
@@ -183,7 +180,7 @@ absl::StatusOr<v1::ListStudiesReply> Connection::ListStudies(int limit) {
 absl::StatusOr<v1::StudyStatus> Connection::GetStudy(int64_t study_id) {
   v1::GetStudyRequest request;
   request.set_study_id(study_id);
-  return Call<v1::GetStudyRequest, v1::StudyStatus>(&v1::Coordinator::Stub::GetStudy, request);
+  return Call(&v1::Coordinator::Stub::GetStudy, request);
 }
 
 namespace {
@@ -196,46 +193,38 @@ v1::StudyRequest MakeStudyRequest(int64_t study_id, const std::string& reason) {
 }  // namespace
 
 absl::StatusOr<v1::StudyStatus> Connection::Cancel(int64_t study_id, const std::string& reason) {
-  return Call<v1::StudyRequest, v1::StudyStatus>(&v1::Coordinator::Stub::Cancel,
-                                                 MakeStudyRequest(study_id, reason));
+  return Call(&v1::Coordinator::Stub::Cancel, MakeStudyRequest(study_id, reason));
 }
 
 absl::StatusOr<v1::StudyStatus> Connection::Pause(int64_t study_id, const std::string& reason) {
-  return Call<v1::StudyRequest, v1::StudyStatus>(&v1::Coordinator::Stub::Pause,
-                                                 MakeStudyRequest(study_id, reason));
+  return Call(&v1::Coordinator::Stub::Pause, MakeStudyRequest(study_id, reason));
 }
 
 absl::StatusOr<v1::StudyStatus> Connection::Resume(int64_t study_id, const std::string& reason) {
-  return Call<v1::StudyRequest, v1::StudyStatus>(&v1::Coordinator::Stub::Resume,
-                                                 MakeStudyRequest(study_id, reason));
+  return Call(&v1::Coordinator::Stub::Resume, MakeStudyRequest(study_id, reason));
 }
 
 absl::StatusOr<v1::StudyStatus> Connection::Comment(int64_t study_id, const std::string& text) {
-  return Call<v1::StudyRequest, v1::StudyStatus>(&v1::Coordinator::Stub::Comment,
-                                                 MakeStudyRequest(study_id, text));
+  return Call(&v1::Coordinator::Stub::Comment, MakeStudyRequest(study_id, text));
 }
 
 absl::StatusOr<v1::RetryReply> Connection::Retry(int64_t study_id, const std::string& reason) {
-  return Call<v1::StudyRequest, v1::RetryReply>(&v1::Coordinator::Stub::Retry,
-                                                MakeStudyRequest(study_id, reason));
+  return Call(&v1::Coordinator::Stub::Retry, MakeStudyRequest(study_id, reason));
 }
 
 absl::StatusOr<v1::ForgetReply> Connection::Forget(int64_t study_id, const std::string& reason) {
-  return Call<v1::StudyRequest, v1::ForgetReply>(&v1::Coordinator::Stub::Forget,
-                                                 MakeStudyRequest(study_id, reason));
+  return Call(&v1::Coordinator::Stub::Forget, MakeStudyRequest(study_id, reason));
 }
 
 absl::StatusOr<v1::ListAttemptsReply> Connection::ListAttempts(int64_t job_id) {
   v1::ListAttemptsRequest request;
   request.set_job_id(job_id);
-  return Call<v1::ListAttemptsRequest, v1::ListAttemptsReply>(&v1::Coordinator::Stub::ListAttempts,
-                                                              request);
+  return Call(&v1::Coordinator::Stub::ListAttempts, request);
 }
 
 absl::StatusOr<v1::DrainWorkersReply> Connection::DrainWorkers(
     const v1::DrainWorkersRequest& request) {
-  return Call<v1::DrainWorkersRequest, v1::DrainWorkersReply>(&v1::Coordinator::Stub::DrainWorkers,
-                                                              request);
+  return Call(&v1::Coordinator::Stub::DrainWorkers, request);
 }
 
 absl::StatusOr<v1::ListJobsReply> Connection::ListJobs(v1::ListJobsRequest request) {
@@ -244,8 +233,7 @@ absl::StatusOr<v1::ListJobsReply> Connection::ListJobs(v1::ListJobsRequest reque
   while (all.jobs_size() < wanted) {
     const int asked = std::min(wanted - all.jobs_size(), kJobsAtOnce);
     request.set_limit(asked);
-    ASSIGN_OR_RETURN(const v1::ListJobsReply page, (Call<v1::ListJobsRequest, v1::ListJobsReply>(
-                                                       &v1::Coordinator::Stub::ListJobs, request)));
+    ASSIGN_OR_RETURN(const v1::ListJobsReply page, Call(&v1::Coordinator::Stub::ListJobs, request));
     // An earlier coordinator knows no `after_job` and begins anew.
     if (page.jobs().empty() ||
         (!all.jobs().empty() && page.jobs(0).job_id() == all.jobs(0).job_id())) {
@@ -261,32 +249,28 @@ absl::StatusOr<v1::ListJobsReply> Connection::ListJobs(v1::ListJobsRequest reque
 }
 
 absl::StatusOr<v1::StudyStatus> Connection::SetMaxRunning(const v1::SetMaxRunningRequest& request) {
-  return Call<v1::SetMaxRunningRequest, v1::StudyStatus>(&v1::Coordinator::Stub::SetMaxRunning,
-                                                         request);
+  return Call(&v1::Coordinator::Stub::SetMaxRunning, request);
 }
 
 absl::StatusOr<v1::StudyStatus> Connection::SetPriority(const v1::SetPriorityRequest& request) {
-  return Call<v1::SetPriorityRequest, v1::StudyStatus>(&v1::Coordinator::Stub::SetPriority,
-                                                       request);
+  return Call(&v1::Coordinator::Stub::SetPriority, request);
 }
 
 absl::StatusOr<v1::RetryReply> Connection::RetryJob(const v1::RetryJobRequest& request) {
-  return Call<v1::RetryJobRequest, v1::RetryReply>(&v1::Coordinator::Stub::RetryJob, request);
+  return Call(&v1::Coordinator::Stub::RetryJob, request);
 }
 
 absl::StatusOr<v1::ListUsersReply> Connection::ListUsers() {
-  return Call<v1::ListUsersRequest, v1::ListUsersReply>(&v1::Coordinator::Stub::ListUsers, {});
+  return Call(&v1::Coordinator::Stub::ListUsers, {});
 }
 
 absl::StatusOr<std::string> Connection::OpenPage() {
-  ASSIGN_OR_RETURN(v1::OpenPageReply reply, (Call<v1::OpenPageRequest, v1::OpenPageReply>(
-                                                &v1::Coordinator::Stub::OpenPage, {})));
+  ASSIGN_OR_RETURN(v1::OpenPageReply reply, Call(&v1::Coordinator::Stub::OpenPage, {}));
   return std::move(*reply.mutable_url());
 }
 
 absl::StatusOr<v1::ListWorkersReply> Connection::ListWorkers() {
-  return Call<v1::ListWorkersRequest, v1::ListWorkersReply>(&v1::Coordinator::Stub::ListWorkers,
-                                                            {});
+  return Call(&v1::Coordinator::Stub::ListWorkers, {});
 }
 
 absl::StatusOr<v1::ListFramesReply> Connection::ListFrames(int64_t study_id, int64_t cursor,
@@ -295,8 +279,7 @@ absl::StatusOr<v1::ListFramesReply> Connection::ListFrames(int64_t study_id, int
   request.set_study_id(study_id);
   request.set_cursor(cursor);
   request.set_limit(limit);
-  return Call<v1::ListFramesRequest, v1::ListFramesReply>(&v1::Coordinator::Stub::ListFrames,
-                                                          request);
+  return Call(&v1::Coordinator::Stub::ListFrames, request);
 }
 
 absl::StatusOr<v1::ListResultsReply> Connection::ListResults(int64_t study_id, int64_t cursor,
@@ -305,8 +288,7 @@ absl::StatusOr<v1::ListResultsReply> Connection::ListResults(int64_t study_id, i
   request.set_study_id(study_id);
   request.set_cursor(cursor);
   request.set_limit(limit);
-  return Call<v1::ListResultsRequest, v1::ListResultsReply>(&v1::Coordinator::Stub::ListResults,
-                                                            request);
+  return Call(&v1::Coordinator::Stub::ListResults, request);
 }
 
 absl::StatusOr<v1::GetSceneReply> Connection::GetScene(int64_t study_id, const std::string& variant,
@@ -315,11 +297,11 @@ absl::StatusOr<v1::GetSceneReply> Connection::GetScene(int64_t study_id, const s
   request.set_study_id(study_id);
   request.set_variant(variant);
   request.set_scene(scene);
-  return Call<v1::GetSceneRequest, v1::GetSceneReply>(&v1::Coordinator::Stub::GetScene, request);
+  return Call(&v1::Coordinator::Stub::GetScene, request);
 }
 
 absl::StatusOr<v1::GetInfoReply> Connection::GetInfo() {
-  return Call<v1::GetInfoRequest, v1::GetInfoReply>(&v1::Coordinator::Stub::GetInfo, {});
+  return Call(&v1::Coordinator::Stub::GetInfo, {});
 }
 
 absl::StatusOr<v1::ListAuditReply> Connection::ListAudit(v1::ListAuditRequest request) {
@@ -328,8 +310,7 @@ absl::StatusOr<v1::ListAuditReply> Connection::ListAudit(v1::ListAuditRequest re
   while (all.entries_size() < wanted) {
     request.set_limit(wanted - all.entries_size());
     ASSIGN_OR_RETURN(const v1::ListAuditReply page,
-                     (Call<v1::ListAuditRequest, v1::ListAuditReply>(
-                         &v1::Coordinator::Stub::ListAudit, request)));
+                     Call(&v1::Coordinator::Stub::ListAudit, request));
     if (page.entries().empty() ||
         (request.before() > 0 && page.entries(0).id() >= request.before())) {
       break;
@@ -343,15 +324,13 @@ absl::StatusOr<v1::ListAuditReply> Connection::ListAudit(v1::ListAuditRequest re
 absl::StatusOr<v1::StreamStatus> Connection::OpenStream(const v1::StudySpec& study) {
   v1::OpenStreamRequest request;
   *request.mutable_study() = study;
-  return CallOn<v1::OpenStreamRequest, v1::StreamStatus>(*stub_->streams, &v1::Streams::Stub::Open,
-                                                         request);
+  return Call(&v1::Streams::Stub::Open, request);
 }
 
 absl::StatusOr<v1::ListStreamsReply> Connection::ListStreams(const std::string& name) {
   v1::ListStreamsRequest request;
   request.set_name(name);
-  return CallOn<v1::ListStreamsRequest, v1::ListStreamsReply>(*stub_->streams,
-                                                              &v1::Streams::Stub::List, request);
+  return Call(&v1::Streams::Stub::List, request);
 }
 
 absl::StatusOr<v1::StreamStatus> Connection::CloseStream(const std::string& name,
@@ -359,35 +338,30 @@ absl::StatusOr<v1::StreamStatus> Connection::CloseStream(const std::string& name
   v1::CloseStreamRequest request;
   request.set_name(name);
   request.set_reason(reason);
-  return CallOn<v1::CloseStreamRequest, v1::StreamStatus>(*stub_->streams,
-                                                          &v1::Streams::Stub::Close, request);
+  return Call(&v1::Streams::Stub::Close, request);
 }
 
 absl::StatusOr<v1::NextPairsReply> Connection::NextPairs(const v1::NextPairsRequest& request) {
-  return CallOn<v1::NextPairsRequest, v1::NextPairsReply>(*stub_->streams, &v1::Streams::Stub::Next,
-                                                          request, request.wait_s());
+  return Call(&v1::Streams::Stub::Next, request, request.wait_s());
 }
 
 absl::StatusOr<v1::SearchStatus> Connection::OpenSearch(const v1::StudySpec& study) {
   v1::OpenSearchRequest request;
   *request.mutable_study() = study;
-  return CallOn<v1::OpenSearchRequest, v1::SearchStatus>(*stub_->searches,
-                                                         &v1::Searches::Stub::Open, request);
+  return Call(&v1::Searches::Stub::Open, request);
 }
 
 absl::StatusOr<v1::ListSearchesReply> Connection::ListSearches(const std::string& name) {
   v1::ListSearchesRequest request;
   request.set_name(name);
-  return CallOn<v1::ListSearchesRequest, v1::ListSearchesReply>(*stub_->searches,
-                                                                &v1::Searches::Stub::List, request);
+  return Call(&v1::Searches::Stub::List, request);
 }
 
 absl::StatusOr<v1::SearchStatus> Connection::StopSearch(const std::string& name, bool forget) {
   v1::StopSearchRequest request;
   request.set_name(name);
   request.set_forget(forget);
-  return CallOn<v1::StopSearchRequest, v1::SearchStatus>(*stub_->searches,
-                                                         &v1::Searches::Stub::Stop, request);
+  return Call(&v1::Searches::Stub::Stop, request);
 }
 
 std::unique_ptr<Store> Connection::RemoteStore() const {

@@ -4,15 +4,20 @@
 // Thread-safe.
 #pragma once
 
-#include <chrono>
 #include <memory>
 #include <string>
+#include <type_traits>
 
 #include "common/base/status.h"
 #include "common/rpc/endpoint.h"
 #include "parallax/v1/search.pb.h"
 #include "parallax/v1/service.pb.h"
 #include "parallax/v1/stream.pb.h"
+
+namespace grpc {
+class ClientContext;
+class Status;
+}  // namespace grpc
 
 namespace parallax {
 class Store;
@@ -100,12 +105,11 @@ class Connection {
   // Returns at most `limit` studies with ids below `before` (0: any), the newest first; the
   // coordinator may give fewer. Errors: as all.
   absl::StatusOr<v1::ListStudiesReply> StudiesBefore(int64_t before, int limit);
-  template <typename Request, typename Reply, typename Method>
-  absl::StatusOr<Reply> Call(Method method, const Request& request);
-  // Calls a method of a service's stub, which may take `more_s` longer than others.
-  template <typename Request, typename Reply, typename ServiceStub, typename Method>
-  absl::StatusOr<Reply> CallOn(ServiceStub& service, Method method, const Request& request,
-                               double more_s = 0);
+  // Calls a method of the service's stub, which may take `more_s` longer than others.
+  template <typename Service, typename Request, typename Reply>
+  absl::StatusOr<Reply> Call(grpc::Status (Service::*method)(grpc::ClientContext*, const Request&,
+                                                             Reply*),
+                             const std::type_identity_t<Request>& request, double more_s = 0);
 
   const RpcAddress where_;
   const RpcSecurity security_;

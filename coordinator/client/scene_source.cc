@@ -47,9 +47,7 @@ absl::StatusOr<v1::Scene> ReadSceneFile(const std::string& path) {
         "SCENE{}",
         path, path, variants.empty() ? "" : " with a variant of " + Joined(variants));
   }
-  if (!fs::is_regular_file(path, error)) {
-    return NotFound("{}: no such file", path);
-  }
+  if (!fs::is_regular_file(path, error)) return NotFound("{}: no such file", path);
   ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, 256 << 20));
   return ParseScene(bytes, path);
 }
@@ -58,9 +56,7 @@ absl::StatusOr<v1::Scene> ReadArchivedScene(const std::string& dir, const std::s
                                             uint32_t number) {
   std::error_code error;
   const std::vector<std::string> variants = VariantsIn(dir);
-  if (variants.empty()) {
-    return NotFound("{}: no dataset (no recipes in it)", dir);
-  }
+  if (variants.empty()) return NotFound("{}: no dataset (no recipes in it)", dir);
   if (std::find(variants.begin(), variants.end(), variant) == variants.end()) {
     return NotFound("{} has no variant '{}'; it has {}", dir, variant, Joined(variants));
   }

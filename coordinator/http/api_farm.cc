@@ -6,6 +6,7 @@
 #include "coordinator/http/metrics_text.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/validation.h"
+#include "coordinator/view/json_list.h"
 #include "coordinator/view/status_view.h"
 
 namespace parallax {
@@ -54,9 +55,7 @@ Reply Audit(ApiParts& parts, const WebRequest& request) {
   asked.set_study_id(study);
   asked.set_before(before);
   ASSIGN_OR_RETURN(const auto entries, parts.queue.ListAudit(asked));
-  Json json = {{"entries", Json::array()}};
-  for (const v1::AuditEntry& entry : entries) json["entries"].push_back(AuditEntryJson(entry));
-  return JsonReply(JsonText(json));
+  return JsonReply(JsonText({{"entries", JsonList(entries, AuditEntryJson)}}));
 }
 
 Reply Metrics(ApiParts& parts, const WebRequest&) {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "coordinator/study/rigs.h"
+#include "coordinator/view/json_list.h"
 #include "coordinator/view/search_json.h"
 #include "coordinator/view/status_view.h"
 
@@ -52,12 +53,6 @@ Json FarmJson(const StatusSnapshot& snapshot) {
                        {"label", job.label},
                        {"figures", job.figures}});
   }
-  Json streams = Json::array();
-  for (const v1::StreamStatus& stream : snapshot.streams) streams.push_back(StreamJson(stream));
-  Json searches = Json::array();
-  for (const v1::SearchStatus& search : snapshot.searches) {
-    searches.push_back(SearchLineJson(search));
-  }
   return {{"version", snapshot.version},
           {"epoch", snapshot.epoch},
           {"store", snapshot.store_uri},
@@ -73,8 +68,8 @@ Json FarmJson(const StatusSnapshot& snapshot) {
             {"busy", snapshot.server.running},
             {"states", states}}},
           {"studies", studies},
-          {"streams", streams},
-          {"searches", searches},
+          {"streams", JsonList(snapshot.streams, StreamJson)},
+          {"searches", JsonList(snapshot.searches, SearchLineJson)},
           {"running", running}};
 }
 
@@ -98,9 +93,7 @@ Json HistoryJson(const std::vector<HistorySample>& samples) {
 }
 
 Json WorkersJson(const std::vector<v1::WorkerStatus>& all) {
-  Json workers = Json::array();
-  for (const v1::WorkerStatus& worker : all) workers.push_back(WorkerJson(worker));
-  return {{"workers", workers}};
+  return {{"workers", JsonList(all, WorkerJson)}};
 }
 
 Json StudyRowJson(const v1::StudyStatus& study, double eta_s) {
@@ -130,9 +123,7 @@ Json StudyPageJson(const v1::StudyStatus& study, double eta_s,
 }
 
 Json UsersJson(const std::vector<v1::UserStatus>& all) {
-  Json users = Json::array();
-  for (const v1::UserStatus& user : all) users.push_back(UserJson(user));
-  return {{"users", users}};
+  return {{"users", JsonList(all, UserJson)}};
 }
 
 Json JobLineJson(const v1::JobStatus& job) {

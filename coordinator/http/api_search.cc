@@ -2,6 +2,7 @@
 #include "common/base/names.h"
 #include "coordinator/http/api.h"
 #include "coordinator/http/api_json.h"
+#include "coordinator/view/json_list.h"
 #include "coordinator/view/search_json.h"
 
 namespace parallax {
@@ -11,11 +12,7 @@ using Reply = absl::StatusOr<WebReply>;
 
 Reply Searches(ApiParts& parts, const WebRequest&) {
   ASSIGN_OR_RETURN(const auto snapshot, parts.sampler.Take());
-  Json json = {{"searches", Json::array()}};
-  for (const v1::SearchStatus& search : snapshot->searches) {
-    json["searches"].push_back(SearchLineJson(search));
-  }
-  return JsonReply(JsonText(json));
+  return JsonReply(JsonText({{"searches", JsonList(snapshot->searches, SearchLineJson)}}));
 }
 
 absl::StatusOr<v1::SearchStatus> KnownSearch(ApiParts& parts, const WebRequest& request) {
@@ -34,10 +31,7 @@ Reply Search(ApiParts& parts, const WebRequest& request) {
 Reply SearchPicture(ApiParts& parts, const WebRequest& request) {
   ASSIGN_OR_RETURN(const v1::SearchStatus search, KnownSearch(parts, request));
   if (parts.picture == nullptr) return NotFound("this coordinator draws no pictures");
-  WebReply reply;
-  reply.type = "image/svg+xml";
-  reply.body = parts.picture(search);
-  return reply;
+  return WebReply{.type = "image/svg+xml", .body = parts.picture(search)};
 }
 
 }  // namespace

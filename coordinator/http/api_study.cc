@@ -14,6 +14,7 @@
 #include "coordinator/rpc/coordinator_server.h"
 #include "coordinator/rpc/workers/steering.h"
 #include "coordinator/rpc/workers/wait_reasons.h"
+#include "coordinator/view/json_list.h"
 
 namespace parallax {
 namespace {
@@ -30,9 +31,8 @@ Reply Studies(ApiParts& parts, const WebRequest& request) {
   ASSIGN_OR_RETURN(const int64_t before, NumberIn(request, "before", 0, 0, INT64_MAX));
   ASSIGN_OR_RETURN(auto studies, parts.queue.ListStudies(static_cast<int>(limit), before));
   for (v1::StudyStatus& study : studies) parts.server.waits().AddTo(study);
-  Json json = {{"studies", Json::array()}};
-  for (const v1::StudyStatus& study : studies) json["studies"].push_back(StudyRowJson(study, -1));
-  return JsonReply(JsonText(json));
+  const auto row = [](const v1::StudyStatus& study) { return StudyRowJson(study, -1); };
+  return JsonReply(JsonText({{"studies", JsonList(studies, row)}}));
 }
 
 // Words of the actions that the caller may take now.
@@ -92,9 +92,7 @@ Reply Pairs(ApiParts& parts, const WebRequest& request) {
     query.variant = variant->second;
   }
   ASSIGN_OR_RETURN(const auto pairs, parts.reader.NewestPairs(query));
-  Json json = {{"pairs", Json::array()}};
-  for (const PublishedPair& pair : pairs) json["pairs"].push_back(PairLineJson(pair));
-  return JsonReply(JsonText(json));
+  return JsonReply(JsonText({{"pairs", JsonList(pairs, PairLineJson)}}));
 }
 
 Reply Scores(ApiParts& parts, const WebRequest& request) {
@@ -167,11 +165,9 @@ Reply Jobs(ApiParts& parts, const WebRequest& request) {
   ASSIGN_OR_RETURN(auto jobs, parts.queue.ListJobs(asked));
   RETURN_IF_ERROR(parts.server.waits().AddTo(jobs, id));
   const bool more = static_cast<int64_t>(jobs.size()) == limit;
-  Json json = {{"jobs", Json::array()},
-               {"limit", limit},
-               {"next", more ? Json(EndOfPage(jobs.back())) : Json(nullptr)}};
-  for (const v1::JobStatus& job : jobs) json["jobs"].push_back(JobLineJson(job));
-  return JsonReply(JsonText(json));
+  return JsonReply(JsonText({{"jobs", JsonList(jobs, JobLineJson)},
+                             {"limit", limit},
+                             {"next", more ? Json(EndOfPage(jobs.back())) : Json(nullptr)}}));
 }
 
 // ---- Actions

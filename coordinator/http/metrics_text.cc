@@ -19,15 +19,15 @@ class Writer {
     text_ +=
         "# HELP parallax_" + name + " " + help + "\n# TYPE parallax_" + name + " " + type + "\n";
   }
-  void Sample(const std::string& name, const Labels& labels, double value) {
+  void Sample(const std::string& name, const Labels& labels, auto value) {
     text_ += "parallax_" + name;
     for (size_t i = 0; i < labels.size(); ++i) {
       text_ +=
           (i == 0 ? "{" : ",") + labels[i].first + "=\"" + EscapeLabel(labels[i].second) + "\"";
     }
-    text_ += fmt::format("{}{:.10g}\n", labels.empty() ? " " : "} ", value);
+    text_ += fmt::format("{}{:.10g}\n", labels.empty() ? " " : "} ", static_cast<double>(value));
   }
-  void One(const std::string& name, const char* type, const char* help, double value) {
+  void One(const std::string& name, const char* type, const char* help, auto value) {
     Head(name, type, help);
     Sample(name, {}, value);
   }
@@ -39,32 +39,29 @@ class Writer {
 
 template <typename Count>
 void WriteHistogram(const std::string& name, const char* help, const std::vector<double>& bounds,
-                    const std::vector<Count>& counts, double sum, Writer& out) {
+                    const std::vector<Count>& counts, auto sum, Writer& out) {
   out.Head(name, "histogram", help);
   for (size_t i = 0; i < counts.size(); ++i) {
     out.Sample(name + "_bucket",
-               {{"le", i < bounds.size() ? fmt::format("{:.10g}", bounds[i]) : "+Inf"}},
-               static_cast<double>(counts[i]));
+               {{"le", i < bounds.size() ? fmt::format("{:.10g}", bounds[i]) : "+Inf"}}, counts[i]);
   }
   out.Sample(name + "_sum", {}, sum);
-  out.Sample(name + "_count", {}, counts.empty() ? 0 : static_cast<double>(counts.back()));
+  out.Sample(name + "_count", {}, counts.empty() ? 0 : counts.back());
 }
 
 void WriteQueue(const JobQueueStats& queue, Writer& out) {
   out.Head("jobs", "gauge", "Jobs by kind and state.");
   for (const auto& [key, count] : queue.jobs) {
-    out.Sample("jobs", {{"kind", key.first}, {"state", key.second}}, static_cast<double>(count));
+    out.Sample("jobs", {{"kind", key.first}, {"state", key.second}}, count);
   }
-  out.One("leases_held", "gauge", "Attempts that workers hold.",
-          static_cast<double>(queue.leases_held));
-  out.One("completions_total", "counter", "Results committed since start.",
-          static_cast<double>(queue.completions));
+  out.One("leases_held", "gauge", "Attempts that workers hold.", queue.leases_held);
+  out.One("completions_total", "counter", "Results committed since start.", queue.completions);
   out.One("app_failures_total", "counter", "Attempts whose work failed, since start.",
-          static_cast<double>(queue.failures));
+          queue.failures);
   out.One("infra_losses_total", "counter", "Attempts lost with their worker, since start.",
-          static_cast<double>(queue.losses));
+          queue.losses);
   out.One("stale_reports_total", "counter", "Late reports refused by their fence, since start.",
-          static_cast<double>(queue.stale_reports));
+          queue.stale_reports);
   out.Head("attempts_total", "counter", "Attempts by what became of them, since start.");
   const std::pair<const char*, uint64_t> attempts[] = {{"leased", queue.leases_granted},
                                                        {"completed", queue.completions},
@@ -72,20 +69,17 @@ void WriteQueue(const JobQueueStats& queue, Writer& out) {
                                                        {"lost", queue.losses},
                                                        {"stale", queue.stale_reports}};
   for (const auto& [outcome, count] : attempts) {
-    out.Sample("attempts_total", {{"outcome", outcome}}, static_cast<double>(count));
+    out.Sample("attempts_total", {{"outcome", outcome}}, count);
   }
-  out.One("splits_total", "counter", "Jobs made from rigs of another, since start.",
-          static_cast<double>(queue.splits));
+  out.One("splits_total", "counter", "Jobs made from rigs of another, since start.", queue.splits);
   out.One("archived_jobs_total", "counter", "Jobs moved to the archive since start.",
-          static_cast<double>(queue.archived_jobs));
+          queue.archived_jobs);
   WriteHistogram("commit_seconds", "Time in COMMIT, fsync included.", queue.commit_bounds_s,
                  queue.commit_counts, queue.commit_seconds, out);
   WriteHistogram("commit_batch", "Commands in one commit.", queue.batch_bounds, queue.batch_counts,
-                 static_cast<double>(queue.commands), out);
-  out.One("commits_total", "counter", "Group commits since start.",
-          static_cast<double>(queue.commits));
-  out.One("commands_total", "counter", "Commands in group commits since start.",
-          static_cast<double>(queue.commands));
+                 queue.commands, out);
+  out.One("commits_total", "counter", "Group commits since start.", queue.commits);
+  out.One("commands_total", "counter", "Commands in group commits since start.", queue.commands);
   out.One("commit_seconds_total", "counter", "Time in COMMIT, fsync included.",
           queue.commit_seconds);
   out.One("commit_seconds_max", "gauge", "The longest COMMIT since start.",
@@ -97,8 +91,7 @@ void WriteQueue(const JobQueueStats& queue, Writer& out) {
           queue.checkpoint_seconds_max);
   out.One("commit_batch_max", "gauge", "The largest number of commands in one commit.",
           queue.largest_batch);
-  out.One("wal_pages", "gauge", "Pages in the write-ahead log.",
-          static_cast<double>(queue.wal_pages));
+  out.One("wal_pages", "gauge", "Pages in the write-ahead log.", queue.wal_pages);
 }
 
 // Writes the slots that work wants, which autoscalers follow. Jobs of paused studies wait for a
@@ -127,7 +120,7 @@ void WriteDemand(const StatusSnapshot& snapshot, Writer& out) {
   for (const v1::StudyStatus& study : snapshot.older_unfinished) leave_out_held(study);
   out.Head("demand_slots", "gauge", "Slots that leased jobs and those that may start would fill.");
   for (const auto& [kind, count] : slots) {
-    out.Sample("demand_slots", {{"kind", kind}}, static_cast<double>(std::max<int64_t>(0, count)));
+    out.Sample("demand_slots", {{"kind", kind}}, std::max<int64_t>(0, count));
   }
 }
 
@@ -144,8 +137,7 @@ void WriteWaiting(const StatusSnapshot& snapshot, Writer& out) {
   }
   out.Head("jobs_waiting", "gauge", "READY jobs by the reason for which they do not run.");
   for (const auto& [key, jobs] : waiting) {
-    out.Sample("jobs_waiting", {{"kind", key.first}, {"reason", key.second}},
-               static_cast<double>(jobs));
+    out.Sample("jobs_waiting", {{"kind", key.first}, {"reason", key.second}}, jobs);
   }
 }
 
@@ -155,17 +147,14 @@ void WriteWorkers(const StatusSnapshot& snapshot, Writer& out) {
   out.Head("workers", "gauge", "Workers by state.");
   for (const auto& [state, count] : by_state) out.Sample("workers", {{"state", state}}, count);
   const ServerMetrics& server = snapshot.server;
-  out.One("worker_slots", "gauge", "Slots of connected workers.",
-          static_cast<double>(server.slots));
+  out.One("worker_slots", "gauge", "Slots of connected workers.", server.slots);
   out.One("worker_running", "gauge", "Slots of connected workers that hold an attempt.",
-          static_cast<double>(server.running));
-  out.One("workers_lost_total", "counter", "Workers given up since start.",
-          static_cast<double>(server.workers_lost));
-  out.One("leases_total", "counter", "Leases sent since start.",
-          static_cast<double>(server.leases));
+          server.running);
+  out.One("workers_lost_total", "counter", "Workers given up since start.", server.workers_lost);
+  out.One("leases_total", "counter", "Leases sent since start.", server.leases);
   out.Head("reports_total", "counter", "Reports of attempts by outcome since start.");
   for (const auto& [outcome, count] : server.reports) {
-    out.Sample("reports_total", {{"outcome", outcome}}, static_cast<double>(count));
+    out.Sample("reports_total", {{"outcome", outcome}}, count);
   }
 }
 
@@ -174,12 +163,12 @@ void WriteStore(const ServerMetrics& server, Writer& out) {
   out.One("store_ok", "gauge", "1 while the store is there, else 0: nothing is leased.",
           server.store_problem.empty() ? 1 : 0);
   out.One("scrub_files_total", "counter", "Files of results that were read to look for damage.",
-          static_cast<double>(scrub.files));
-  out.One("scrub_bytes_total", "counter", "Bytes of them.", static_cast<double>(scrub.bytes));
+          scrub.files);
+  out.One("scrub_bytes_total", "counter", "Bytes of them.", scrub.bytes);
   out.One("scrub_damaged_total", "counter", "Damaged results that were found, since start.",
-          static_cast<double>(scrub.damaged));
+          scrub.damaged);
   out.One("scrub_pairs_taken_back_total", "counter", "Pairs of studies that are made again.",
-          static_cast<double>(scrub.pairs_taken_back));
+          scrub.pairs_taken_back);
   out.One("scrub_pass_began_seconds", "gauge", "Unix time at which the last pass began; 0: none.",
           scrub.pass.began_unix_s);
   out.One("scrub_pass_ended_seconds", "gauge", "Unix time at which it ended; 0: under way.",
@@ -189,17 +178,16 @@ void WriteStore(const ServerMetrics& server, Writer& out) {
 void WriteSpace(const FarmSpace& space, Writer& out) {
   if (space.results_bytes) {
     out.One("store_results_bytes", "gauge",
-            "Bytes of the results that studies have, each counted once.",
-            static_cast<double>(*space.results_bytes));
+            "Bytes of the results that studies have, each counted once.", *space.results_bytes);
   }
   if (space.disks.empty()) return;
   out.Head("disk_free_bytes", "gauge", "Free bytes on the disk of store and database.");
   for (const auto& [name, disk] : space.disks) {
-    out.Sample("disk_free_bytes", {{"of", name}}, static_cast<double>(disk.free_bytes));
+    out.Sample("disk_free_bytes", {{"of", name}}, disk.free_bytes);
   }
   out.Head("disk_bytes", "gauge", "Bytes that the disk has.");
   for (const auto& [name, disk] : space.disks) {
-    out.Sample("disk_bytes", {{"of", name}}, static_cast<double>(disk.total_bytes));
+    out.Sample("disk_bytes", {{"of", name}}, disk.total_bytes);
   }
 }
 
@@ -216,14 +204,14 @@ void WriteWork(const ServerMetrics& server, Writer& out) {
   }
   out.Head("stage_runs_total", "counter", "How often results went through each stage.");
   for (const auto& [stage, total] : server.stages) {
-    out.Sample("stage_runs_total", {{"stage", stage}}, static_cast<double>(total.count));
+    out.Sample("stage_runs_total", {{"stage", stage}}, total.count);
   }
   const auto each = [&](const char* name, const char* help, auto value) {
     out.Head(name, "counter", help);
     for (const auto& [kind, work] : server.work) out.Sample(name, {{"kind", kind}}, value(work));
   };
   each("job_results_total", "Results accepted, by kind of job.",
-       [](const ServerMetrics::Work& work) { return static_cast<double>(work.jobs); });
+       [](const ServerMetrics::Work& work) { return work.jobs; });
   each("job_wall_seconds_total", "Wall time of jobs whose results were accepted.",
        [](const ServerMetrics::Work& work) { return work.wall_s; });
   each("job_cpu_seconds_total", "CPU time of jobs whose results were accepted.",
@@ -239,7 +227,7 @@ void WritePairs(const StatusSnapshot& snapshot, Writer& out) {
                    {{"study", study.name()},
                     {"study_id", std::to_string(study.study_id())},
                     {"variant", variant.name()}},
-                   static_cast<double>(value(variant)));
+                   value(variant));
       }
     }
   };
@@ -279,7 +267,7 @@ void WriteStreams(const StatusSnapshot& snapshot, Writer& out) {
   const auto each = [&](const char* name, const char* help, auto value) {
     out.Head(name, "gauge", help);
     for (const v1::StreamStatus& stream : snapshot.streams) {
-      out.Sample(name, {{"stream", stream.name()}}, static_cast<double>(value(stream)));
+      out.Sample(name, {{"stream", stream.name()}}, value(stream));
     }
   };
   each("stream_chunks_begun", "Chunks that were begun since the stream was opened.",
@@ -314,7 +302,7 @@ void WriteSearches(const StatusSnapshot& snapshot, Writer& out) {
   const auto each = [&](const char* name, const char* help, auto value) {
     out.Head(name, "gauge", help);
     for (const v1::SearchStatus& search : snapshot.searches) {
-      out.Sample(name, {{"search", search.name()}}, static_cast<double>(value(search)));
+      out.Sample(name, {{"search", search.name()}}, value(search));
     }
   };
   out.Head("search_trials", "gauge", "Trials: open, dropped by their scores, or failed.");
@@ -356,8 +344,7 @@ std::string MetricsText(const StatusSnapshot& snapshot) {
       "info",
       {{"version", snapshot.version}, {"schema_version", std::to_string(snapshot.schema_version)}},
       1);
-  out.One("epoch", "gauge", "Of this start: the upper half of its fences.",
-          static_cast<double>(snapshot.epoch));
+  out.One("epoch", "gauge", "Of this start: the upper half of its fences.", snapshot.epoch);
   out.One("uptime_seconds", "gauge", "Since this start.", snapshot.uptime_s);
   WriteQueue(snapshot.queue, out);
   WriteDemand(snapshot, out);

@@ -122,9 +122,7 @@ void StatusSampler::NoteEtas(StatusSnapshot& fresh) {
 }
 
 void StatusSampler::NoteHistory(const StatusSnapshot& fresh) {
-  HistorySample sample;
-  sample.unix_s = fresh.now_unix_s;
-  sample.pairs_per_hour = fresh.pairs_per_hour;
+  HistorySample sample{.unix_s = fresh.now_unix_s, .pairs_per_hour = fresh.pairs_per_hour};
   for (const auto& [key, jobs] : fresh.queue.jobs) {
     if (key.second == "READY") sample.ready += jobs;
     if (key.second == "LEASED") sample.running += jobs;

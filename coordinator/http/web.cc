@@ -37,10 +37,9 @@ WebReply ErrorReply(const absl::Status& status) {
   const nlohmann::json body = {{"error",
                                 {{"code", absl::StatusCodeToString(status.code())},
                                  {"message", std::string(status.message())}}}};
-  WebReply reply;
-  reply.status = HttpStatusOf(status.code());
-  reply.body = body.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-  return reply;
+  return WebReply{
+      .status = HttpStatusOf(status.code()),
+      .body = body.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"};
 }
 
 absl::Status CheckWebAccess(const WebRoute& route, const WebCaller* caller) {

@@ -8,6 +8,7 @@
 
 #include "common/config/config.h"
 #include "coordinator/search/rung_study.h"
+#include "coordinator/view/json_list.h"
 
 namespace parallax {
 namespace {
@@ -116,19 +117,16 @@ OrderedJson SearchLineJson(const v1::SearchStatus& search) {
 
 OrderedJson SearchJson(const v1::SearchStatus& search) {
   OrderedJson json = SearchLineJson(search);
-  json["space"] = OrderedJson::array();
+  const auto field_json = [&](const v1::SearchField& field) { return FieldJson(search, field); };
+  json["space"] = JsonList(search.study().search().space(), field_json);
   json["trials"] = OrderedJson::array();
   json["importances"] = OrderedJson::array();
-  for (const v1::SearchField& field : search.study().search().space()) {
-    json["space"].push_back(FieldJson(search, field));
-  }
   for (const v1::SearchTrial& trial : search.trials()) {
     OrderedJson one = {{"number", trial.number()},
                        {"values", OrderedJson::object()},
-                       {"scores", OrderedJson::array()},
+                       {"scores", JsonList(trial.scores(), ScoreJson)},
                        {"ended", trial.ended()}};
     for (const v1::SearchValue& value : trial.values()) one["values"][value.path()] = value.yaml();
-    for (const v1::SearchScore& score : trial.scores()) one["scores"].push_back(ScoreJson(score));
     json["trials"].push_back(std::move(one));
   }
   for (const v1::SearchImportance& one : search.importances()) {

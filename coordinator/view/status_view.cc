@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "coordinator/queue/job_kind.h"
+#include "coordinator/view/json_list.h"
 
 namespace parallax {
 namespace {
@@ -119,10 +120,7 @@ Json StudyJson(const v1::StudyStatus& study) {
     Json entry = {{"name", variant.name()}};
     entry.update(CountsJson(CountsOf(variant)));
     AddJobs(variant, entry);
-    Json& problems = entry["problems"] = Json::array();
-    for (const v1::JobProblem& problem : variant.problems()) {
-      problems.push_back(ProblemJson(problem));
-    }
+    entry["problems"] = JsonList(variant.problems(), ProblemJson);
     variants.push_back(std::move(entry));
   }
   Json& comments = json["comments"] = Json::array();

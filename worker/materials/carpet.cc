@@ -7,12 +7,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Fbm3;
-using noise::Hash;
-using noise::Saturate;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 constexpr std::array<uint32_t, 16> kYarns = {
     0xcfc4b2, 0xb5a68f, 0x8f8373, 0x6a625a, 0x45423f, 0xd9d4c8, 0x7f8a8f, 0x4a5a6b,
@@ -62,13 +57,12 @@ class Carpet final : public Carved<Carpet> {
     const Float8 mottle = Fbm3(point.texture_m, 0.03f, 3, w, pile_.seed + 3, 0.6f);
     const Float8 trodden = Fbm3(point.texture_m, 0.5f, 3, w, pile_.seed + 4);
     const Float8 mix = Saturate(0.5f + fade * (UnitByte(id, 0) - 0.5f) + 0.4f * mottle);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(yarn_, second_, mix) *
-                            ((0.55f + 0.75f * top) * (1.0f + trodden_ * trodden + 0.06f * mottle)));
-    out.roughness = Splat(0.95f);
-    out.specular = Splat(0.15f);
-    out.sheen = Splat(0.3f);
-    return out;
+    return {.base_color =
+                Albedo(Mix(yarn_, second_, mix) *
+                       ((0.55f + 0.75f * top) * (1.0f + trodden_ * trodden + 0.06f * mottle))),
+            .roughness = Splat(0.95f),
+            .specular = Splat(0.15f),
+            .sheen = Splat(0.3f)};
   }
   auto HeightOf(const auto& point) const {
     Bits8 id;
@@ -136,12 +130,10 @@ class RugPattern final : public PointMaterial {
     const float band =
         noise::Gradient2(0.4f * plane.u, plane.v * 14.0f, seed_ + 2) * Fade(0.07f, w);
     const float worn = Fbm3(point.texture_m, 0.3f, 4, w, seed_ + 4);
-    SurfaceSample out;
-    out.base_color = Albedo(color * (1.0f + abrash_ * band + 0.08f * worn));
-    out.roughness = 0.92f;
-    out.specular = 0.2f;
-    out.sheen = 0.3f;
-    return out;
+    return {.base_color = Albedo(color * (1.0f + abrash_ * band + 0.08f * worn)),
+            .roughness = 0.92f,
+            .specular = 0.2f,
+            .sheen = 0.3f};
   }
   float HeightOfPoint(const SurfacePoint& point) const override {
     const float fade = Fade(1.5f * knot_m_, point.footprint_m);

@@ -7,13 +7,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Fbm3;
-using noise::Gradient3;
-using noise::Hash;
-using noise::Saturate;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 Vec3f DrawGlaze(Rng& rng) {
   static constexpr std::array<uint32_t, 16> kGlazes = {
@@ -66,7 +60,6 @@ class GlazedCeramic final : public Carved<GlazedCeramic> {
 
   Vec3f thick_, thin_;
   float flow_m_, roughness_, crackle_, crackle_m_;
-  uint32_t seed_;
 };
 
 // Iron specks of two sizes under a pale glaze.
@@ -88,10 +81,8 @@ class SpeckledCeramic final : public Carved<SpeckledCeramic> {
     const Float8 specks = Saturate(0.9f * Specks(p, size_m_, share_, seed_, w) +
                                    0.7f * Specks(p, 0.42f * size_m_, share_, seed_ + 1, w));
     const Float8 tone = Fbm3(p, 0.06f, 3, w, seed_ + 2);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(ground_ * (1.0f + 0.06f * tone), speck_, specks));
-    out.roughness = Saturate(roughness_ * (1.0f + 0.4f * specks));
-    return out;
+    return {.base_color = Albedo(Mix(ground_ * (1.0f + 0.06f * tone), speck_, specks)),
+            .roughness = Saturate(roughness_ * (1.0f + 0.4f * specks))};
   }
   auto HeightOf(const auto& point) const {
     return 3e-5f * Fbm3(point.texture_m, 0.012f, 2, point.footprint_m, seed_ + 5);
@@ -111,16 +102,13 @@ class SpeckledCeramic final : public Carved<SpeckledCeramic> {
 
   Vec3f ground_, speck_;
   float size_m_, share_, roughness_;
-  uint32_t seed_;
 };
 
 // Unglazed red clay with the marks of the wheel around z and a bloom of lime.
 class Terracotta final : public Carved<Terracotta> {
  public:
   explicit Terracotta(Rng& rng) {
-    static constexpr std::array<uint32_t, 5> kClays = {0xb5694a, 0xa9583c, 0xc58a66, 0xd0b394,
-                                                       0x8a5a48};
-    clay_ = VaryColor(rng, SrgbColor(rng.Pick(kClays)), 0.12, 0.04);
+    clay_ = PickColor(rng, {0xb5694a, 0xa9583c, 0xc58a66, 0xd0b394, 0x8a5a48}, 0.12, 0.04);
     bloom_ = Draw(rng, 0.05, 0.4);
     turn_m_ = Draw(rng, 0.003, 0.008);
     seed_ = DrawSeed(rng);
@@ -131,12 +119,10 @@ class Terracotta final : public Carved<Terracotta> {
     const Float8 n = Fbm3(p, 0.08f, 5, w, seed_, 0.6f);
     const Float8 lime =
         bloom_ * noise::Above(noise::Fbm3Filtered(p, 0.1f, 5, w, seed_ + 3, 0.6f), 0.35f, 0.35f);
-    SurfaceSample8 out;
-    out.base_color =
-        Albedo(Mix(clay_ * (1.0f + 0.13f * n + 0.05f * Turns(p, w)), SrgbColor(0xd9cfc2), lime));
-    out.roughness = Splat(0.85f);
-    out.specular = Splat(0.3f);
-    return out;
+    return {.base_color = Albedo(
+                Mix(clay_ * (1.0f + 0.13f * n + 0.05f * Turns(p, w)), SrgbColor(0xd9cfc2), lime)),
+            .roughness = Splat(0.85f),
+            .specular = Splat(0.3f)};
   }
   auto HeightOf(const auto& point) const {
     return 5e-5f * Turns(point.texture_m, point.footprint_m) +
@@ -151,7 +137,6 @@ class Terracotta final : public Carved<Terracotta> {
 
   Vec3f clay_;
   float bloom_, turn_m_;
-  uint32_t seed_;
 };
 
 struct TileStyle {
@@ -202,10 +187,8 @@ class CeramicTiles final : public Carved<CeramicTiles> {
     const Float8 own = 1.0f + variation_ * fade * (UnitByte(tile.id, 0) - 0.5f);
     const Vec3x8 glaze = Mix(mean_, tile.glaze, fade) * (own * (1.0f + cloudy_ * cloud));
     const Float8 dirt = Fbm3(point.texture_m, 0.03f, 3, w, seed_ + 6);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(grout_ * (1.0f + 0.2f * dirt), glaze, solid));
-    out.roughness = Saturate(noise::Lerp(0.9f, roughness_ * (1.0f + 0.2f * cloud), solid));
-    return out;
+    return {.base_color = Albedo(Mix(grout_ * (1.0f + 0.2f * dirt), glaze, solid)),
+            .roughness = Saturate(noise::Lerp(0.9f, roughness_ * (1.0f + 0.2f * cloud), solid))};
   }
   template <typename Point>
   typename Point::Real HeightOf(const Point& point) const {
@@ -261,7 +244,6 @@ class CeramicTiles final : public Carved<CeramicTiles> {
   Vec3f mean_, grout_;
   float width_m_, length_m_, gap_m_, bevel_m_, variation_, roughness_, cloudy_;
   bool chequered_;
-  uint32_t seed_;
 };
 
 }  // namespace

@@ -1,5 +1,4 @@
 // Enamel of one colour, for machines and bathrooms: baked on sheet steel, or fired on ceramic.
-#include <algorithm>
 #include <span>
 
 #include "worker/materials/kernel/material_families.h"
@@ -8,8 +7,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fbm3;
-using noise::Saturate;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 struct EnamelStyle {
   std::span<const uint32_t> usual, colours;  // sRGB.
@@ -55,7 +53,6 @@ class Enamel final : public Carved<Enamel> {
  private:
   Vec3f color_;
   float roughness_, peel_m_, depth_m_, used_;
-  uint32_t seed_;
 };
 
 }  // namespace

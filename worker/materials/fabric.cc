@@ -8,12 +8,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Gradient2;
-using noise::Gradient3;
-using noise::Hash;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 // Colours that furnishing cloth comes in: naturals first, then dyes.
 constexpr std::array<uint32_t, 26> kDyes = {
@@ -135,7 +130,6 @@ class WovenFabric : public Carved<WovenFabric> {
 
   Vec3f warp_, weft_;
   float pitch_m_;
-  uint32_t seed_;
 
  private:
   template <typename Real>
@@ -225,9 +219,7 @@ class Denim final : public WovenFabric {
                           .thread_high_mm = 0.9,
                           .slub = 0.9,
                           .sheen = 0.15}) {
-    static constexpr std::array<uint32_t, 5> kIndigo = {0x2c3d5c, 0x3b5379, 0x22304a, 0x5b769b,
-                                                        0x2b2f38};
-    warp_ = VaryColor(rng, SrgbColor(rng.Pick(kIndigo)), 0.1, 0.04);
+    warp_ = PickColor(rng, {0x2c3d5c, 0x3b5379, 0x22304a, 0x5b769b, 0x2b2f38}, 0.1, 0.04);
     weft_ = Mix(warp_, SrgbColor(0xcfd3d6), Draw(rng, 0.25, 0.6));
     wear_ = Draw(rng, 0.05, 0.35);
   }
@@ -267,12 +259,10 @@ class KnitFabric final : public Carved<KnitFabric> {
                             0.15f * (UnitByte(Hash(stitch.column, stitch.row, seed_), 0) - 0.5f));
     color *= 1.0f + melange_ * noise::Fbm3(Vec3x8(plane.u, plane.v * 3.0f, Splat(0)), 0.012f, 3, w,
                                            seed_ + 1);
-    SurfaceSample8 out;
-    out.base_color = Albedo(color);
-    out.roughness = Splat(0.92f);
-    out.specular = Splat(0.2f);
-    out.sheen = Splat(0.45f);
-    return out;
+    return {.base_color = Albedo(color),
+            .roughness = Splat(0.92f),
+            .specular = Splat(0.2f),
+            .sheen = Splat(0.45f)};
   }
   auto HeightOf(const auto& point) const {
     const auto plane = OnPlane(point);
@@ -304,7 +294,6 @@ class KnitFabric final : public Carved<KnitFabric> {
   float width_m_, height_m_, melange_;
   Vec3f yarn_, second_;
   int rows_;
-  uint32_t seed_;
 };
 
 // ---- Pile
@@ -328,12 +317,10 @@ class VelvetFabric final : public Carved<VelvetFabric> {
     const Float8 nap =
         noise::Fbm3(p + Vec3x8::All(warp * patch_m_), patch_m_, 4, w, seed_ + 1, 0.6f);
     const Float8 grain = 0.12f * Fade(1e-3f, w) * Gradient3(p * 1000.0f, seed_ + 9);
-    SurfaceSample8 out;
-    out.base_color = Albedo(pile_ * (1.0f + crush_ * nap + grain));
-    out.roughness = noise::Saturate(0.8f + 0.15f * nap);
-    out.specular = Splat(0.2f);
-    out.sheen = noise::Saturate(0.85f + 0.3f * nap);
-    return out;
+    return {.base_color = Albedo(pile_ * (1.0f + crush_ * nap + grain)),
+            .roughness = noise::Saturate(0.8f + 0.15f * nap),
+            .specular = Splat(0.2f),
+            .sheen = noise::Saturate(0.85f + 0.3f * nap)};
   }
   auto HeightOf(const auto& point) const {
     const auto& p = point.texture_m;
@@ -345,7 +332,6 @@ class VelvetFabric final : public Carved<VelvetFabric> {
  private:
   Vec3f pile_;
   float crush_, patch_m_;
-  uint32_t seed_;
 };
 
 // Teddy, boucle, terry: small loops in disorder.
@@ -367,12 +353,10 @@ class BoucleFabric final : public Carved<BoucleFabric> {
       own = fade * (UnitByte(cell.id, 1) - 0.5f);
     }
     const Float8 broad = noise::Fbm3(point.texture_m, 0.05f, 2, w, seed_ + 3);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(deep_, yarn_, top) * (1.0f + 0.2f * own + 0.08f * broad));
-    out.roughness = Splat(0.95f);
-    out.specular = Splat(0.2f);
-    out.sheen = Splat(0.4f);
-    return out;
+    return {.base_color = Albedo(Mix(deep_, yarn_, top) * (1.0f + 0.2f * own + 0.08f * broad)),
+            .roughness = Splat(0.95f),
+            .specular = Splat(0.2f),
+            .sheen = Splat(0.4f)};
   }
   auto HeightOf(const auto& point) const {
     return 0.3f * loop_m_ * Loops(point.texture_m, point.footprint_m);
@@ -400,7 +384,6 @@ class BoucleFabric final : public Carved<BoucleFabric> {
 
   float loop_m_;
   Vec3f yarn_, deep_;
-  uint32_t seed_;
 };
 
 }  // namespace

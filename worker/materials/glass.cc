@@ -16,13 +16,11 @@ class ClearGlass final : public Material {
     color_ = Vec3f{Draw(rng, 0.86, 0.9), Draw(rng, 0.88, 0.9), Draw(rng, 0.87, 0.9)};
   }
   SurfaceSample8 Evaluate(const SurfacePoint8&) const override {
-    SurfaceSample8 out;
-    out.base_color = color_;
-    out.roughness = Splat(0.0f);
-    out.transmission = Splat(1);
-    out.thin_walled = ~Mask8{};
-    out.ior = Splat(1.52f);
-    return out;
+    return {.base_color = color_,
+            .roughness = Splat(0.0f),
+            .transmission = Splat(1),
+            .ior = Splat(1.52f),
+            .thin_walled = ~Mask8{}};
   }
 
  private:
@@ -38,12 +36,10 @@ class SolidGlass final : public Material {
     ior_ = Draw(rng, 1.46, 1.6);
   }
   SurfaceSample8 Evaluate(const SurfacePoint8&) const override {
-    SurfaceSample8 out;
-    out.base_color = Albedo(color_);
-    out.roughness = Splat(0.0f);
-    out.transmission = Splat(1);
-    out.ior = Splat(ior_);
-    return out;
+    return {.base_color = Albedo(color_),
+            .roughness = Splat(0.0f),
+            .transmission = Splat(1),
+            .ior = Splat(ior_)};
   }
 
  private:
@@ -64,13 +60,11 @@ class TintedGlass final : public Carved<TintedGlass> {
   }
   SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
     const Float8 thick = noise::Fbm3(point.texture_m, 2 * wave_m_, 3, point.footprint_m, seed_);
-    SurfaceSample8 out;
-    out.base_color = Albedo(color_ * (1.0f - 0.22f * thick));
-    out.roughness = Splat(roughness_);
-    out.transmission = Splat(1);
-    out.thin_walled = ~Mask8{};
-    out.ior = Splat(1.5f);
-    return out;
+    return {.base_color = Albedo(color_ * (1.0f - 0.22f * thick)),
+            .roughness = Splat(roughness_),
+            .transmission = Splat(1),
+            .ior = Splat(1.5f),
+            .thin_walled = ~Mask8{}};
   }
   auto HeightOf(const auto& point) const {
     return 4e-5f * noise::Fbm3(point.texture_m, wave_m_, 2, point.footprint_m, seed_ + 3);
@@ -79,7 +73,6 @@ class TintedGlass final : public Carved<TintedGlass> {
  private:
   Vec3f color_;
   float roughness_, wave_m_;
-  uint32_t seed_;
 };
 
 // Sand-blasted or cast with a grain: lets light through but no picture.
@@ -94,12 +87,10 @@ class FrostedGlass final : public Carved<FrostedGlass> {
   }
   SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
     const Float8 n = noise::Fbm3(point.texture_m, 0.03f, 4, point.footprint_m, seed_, 0.6f);
-    SurfaceSample8 out;
-    out.base_color = Albedo(color_ * (0.96f + 0.1f * n));
-    out.roughness = Saturate(roughness_ * (1.0f + 0.3f * n));
-    out.transmission = Splat(1);
-    out.thin_walled = ~Mask8{};
-    return out;
+    return {.base_color = Albedo(color_ * (0.96f + 0.1f * n)),
+            .roughness = Saturate(roughness_ * (1.0f + 0.3f * n)),
+            .transmission = Splat(1),
+            .thin_walled = ~Mask8{}};
   }
   auto HeightOf(const auto& point) const {
     return 0.02f * grain_m_ * Grains(point.texture_m, point.footprint_m);
@@ -116,18 +107,13 @@ class FrostedGlass final : public Carved<FrostedGlass> {
 
   Vec3f color_;
   float roughness_, grain_m_;
-  uint32_t seed_;
 };
 
 class Mirror final : public Material {
  public:
   explicit Mirror(Rng& rng) { color_ = Vec3f::Constant(Draw(rng, 0.82, 0.9)); }
   SurfaceSample8 Evaluate(const SurfacePoint8&) const override {
-    SurfaceSample8 out;
-    out.base_color = color_;
-    out.metallic = Splat(1);
-    out.roughness = Splat(0.0f);
-    return out;
+    return {.base_color = color_, .metallic = Splat(1), .roughness = Splat(0.0f)};
   }
 
  private:
@@ -146,12 +132,10 @@ class AntiqueMirror final : public Material {
     const Float8 cloud = noise::Fbm3(point.texture_m, 0.03f, 3, w, seed_ + 7);
     const Float8 gone = noise::Above(
         noise::Fbm3Filtered(point.texture_m, 0.16f, 6, w, seed_, 0.62f), 0.32f - level_, 0.28f);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(Vec3f(0.84f, 0.83f, 0.8f), Vec3f(0.10f, 0.09f, 0.08f), gone) *
-                            (1.0f - 0.06f * cloud));
-    out.metallic = 1.0f - 0.6f * gone;
-    out.roughness = Saturate(0.03f + 0.45f * gone);
-    return out;
+    return {.base_color = Albedo(Mix(Vec3f(0.84f, 0.83f, 0.8f), Vec3f(0.10f, 0.09f, 0.08f), gone) *
+                                 (1.0f - 0.06f * cloud)),
+            .metallic = 1.0f - 0.6f * gone,
+            .roughness = Saturate(0.03f + 0.45f * gone)};
   }
 
  private:

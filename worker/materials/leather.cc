@@ -7,10 +7,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Fbm3;
-using noise::Saturate;
-using noise::SmoothStep;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 Vec3f DrawHide(Rng& rng) {
   static constexpr std::array<uint32_t, 12> kHides = {0x7a4a2c, 0x5a3420, 0x8f5f3a, 0xb08050,
@@ -39,13 +36,12 @@ class Leather final : public Carved<Leather> {
     const Float8 worn =
         wear_ * noise::Above(noise::Fbm3Filtered(p, 0.2f, 4, w, seed_ + 5), 0.2f, 0.3f);
     const Float8 crease = crease_ * Crease(p, w);
-    SurfaceSample8 out;
     Vec3x8 color = Mix(hide_ * (1.0f + 0.13f * broad), worn_, worn);
     color = Mix(color, deep_, Saturate(0.75f * groove + 0.5f * crease));
-    out.base_color = Albedo(color);
-    out.roughness = Saturate(roughness_ * (1.0f + 0.25f * groove + 0.12f * broad - 0.25f * worn));
-    out.specular = Splat(0.45f);
-    return out;
+    return {
+        .base_color = Albedo(color),
+        .roughness = Saturate(roughness_ * (1.0f + 0.25f * groove + 0.12f * broad - 0.25f * worn)),
+        .specular = Splat(0.45f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -75,7 +71,6 @@ class Leather final : public Carved<Leather> {
 
   Vec3f hide_, deep_, worn_;
   float grain_m_, roughness_, wear_, crease_;
-  uint32_t seed_;
 };
 
 class Suede final : public Carved<Suede> {
@@ -90,12 +85,10 @@ class Suede final : public Carved<Suede> {
     const Vec3x8& p = point.texture_m;
     const Float8 swipe = Fbm3(Vec3x8(p.x * 0.35f, p.y, p.z), 0.05f, 4, w, seed_, 0.6f);
     const Float8 nap = Fbm3(p, 0.0018f, 2, w, seed_ + 4);
-    SurfaceSample8 out;
-    out.base_color = Albedo(hide_ * (1.0f + brushed_ * swipe + 0.16f * nap));
-    out.roughness = Splat(0.95f);
-    out.specular = Splat(0.15f);
-    out.sheen = Splat(0.5f);
-    return out;
+    return {.base_color = Albedo(hide_ * (1.0f + brushed_ * swipe + 0.16f * nap)),
+            .roughness = Splat(0.95f),
+            .specular = Splat(0.15f),
+            .sheen = Splat(0.5f)};
   }
   auto HeightOf(const auto& point) const {
     return 6e-5f * Fbm3(point.texture_m, 0.0018f, 2, point.footprint_m, seed_ + 4);
@@ -104,7 +97,6 @@ class Suede final : public Carved<Suede> {
  private:
   Vec3f hide_;
   float brushed_;
-  uint32_t seed_;
 };
 
 // Diamonds sewn into upholstery: pillows between seams.
@@ -123,10 +115,8 @@ class QuiltedLeather final : public Carved<QuiltedLeather> {
     const Float8 seam = 1.0f - SmoothStep(0.0f, 0.0015f + w, EdgeOf(OnPlane(point)));
     const Float8 fade = Fade(cell_m_, w);
     const Float8 broad = Fbm3(point.texture_m, 0.05f, 6, w, seed_, 0.6f);
-    SurfaceSample8 out;
-    out.base_color = Albedo(hide_ * ((1.0f + 0.12f * broad) * (1.0f - 0.45f * fade * seam)));
-    out.roughness = Saturate(roughness_ * (1.0f + 0.2f * broad));
-    return out;
+    return {.base_color = Albedo(hide_ * ((1.0f + 0.12f * broad) * (1.0f - 0.45f * fade * seam))),
+            .roughness = Saturate(roughness_ * (1.0f + 0.2f * broad))};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -146,7 +136,6 @@ class QuiltedLeather final : public Carved<QuiltedLeather> {
 
   Vec3f hide_;
   float cell_m_, stretch_, puff_m_, roughness_;
-  uint32_t seed_;
 };
 
 }  // namespace

@@ -7,13 +7,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Fbm3;
-using noise::Gradient2;
-using noise::Hash;
-using noise::Saturate;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 // Running bond; each brick burnt its own way, edges worn, mortar raked.
 class Brick final : public Carved<Brick> {
@@ -42,9 +36,7 @@ class Brick final : public Carved<Brick> {
     const Float8 solid = noise::Lerp(
         mean_solid, 1.0f - LineShare(brick.edge_m, 0.5f * gap_m_, 0.0015f, 1.2f * w), fade);
     const Float8 n = Fbm3(point.texture_m, 0.04f, 5, w, seed_ + 3, 0.65f);
-    SurfaceSample8 out;
-    out.roughness = Splat(0.9f);
-    out.specular = Splat(0.3f);
+    SurfaceSample8 out{.roughness = Splat(0.9f), .specular = Splat(0.3f)};
     if (painted_) {
       const Float8 dirt = Fbm3(point.texture_m, 0.3f, 4, w, seed_ + 5);
       out.base_color =
@@ -94,7 +86,6 @@ class Brick final : public Carved<Brick> {
   bool painted_;
   Vec3f clay_, burnt_, mortar_, paint_;
   float length_m_, height_m_, gap_m_, depth_m_, ragged_m_, spread_;
-  uint32_t seed_;
 };
 
 // Cast against boards or steel: clouds, air holes, stains.
@@ -116,12 +107,10 @@ class Concrete final : public Carved<Concrete> {
     const Float8 cloud = Fbm3(p, 0.45f, 7, w, seed_, 0.62f);
     const Float8 grain = Fbm3(p, 0.004f, 2, w, seed_ + 4);
     const Float8 hole = Holes(OnPlane(point), w);
-    SurfaceSample8 out;
-    out.base_color =
-        Albedo(grey_ * ((1.0f + cloud_ * cloud + 0.07f * grain) * (1.0f - 0.6f * hole)));
-    out.roughness = Saturate(roughness_ * (1.0f + 0.1f * cloud));
-    out.specular = Splat(0.4f);
-    return out;
+    return {.base_color =
+                Albedo(grey_ * ((1.0f + cloud_ * cloud + 0.07f * grain) * (1.0f - 0.6f * hole))),
+            .roughness = Saturate(roughness_ * (1.0f + 0.1f * cloud)),
+            .specular = Splat(0.4f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -156,7 +145,6 @@ class Concrete final : public Carved<Concrete> {
   Vec3f grey_;
   float cloud_, hole_m_, holes_, roughness_, board_m_;
   bool polished_;
-  uint32_t seed_;
 };
 
 // Chips of marble in cement, ground flat: two sizes of flat-sided grains with cement between.
@@ -186,10 +174,7 @@ class Terrazzo final : public Carved<Terrazzo> {
     Vec3x8 color = cement_ * (1.0f + 0.08f * tone);
     color = Chips(p, 0.4f * chip_m_, 0.6f * share_, seed_ + 1, w, color);
     color = Chips(p, chip_m_, share_, seed_, w, color);
-    SurfaceSample8 out;
-    out.base_color = Albedo(color);
-    out.roughness = Saturate(roughness_ * (1.0f + 0.15f * tone));
-    return out;
+    return {.base_color = Albedo(color), .roughness = Saturate(roughness_ * (1.0f + 0.15f * tone))};
   }
   auto HeightOf(const auto& point) const {
     return 1.5e-5f * Fbm3(point.texture_m, 0.02f, 3, point.footprint_m, seed_ + 6);
@@ -217,7 +202,6 @@ class Terrazzo final : public Carved<Terrazzo> {
   std::array<Vec3f, 5> chips_;
   Vec3f cement_, mean_chip_;
   float chip_m_, share_, roughness_;
-  uint32_t seed_;
 };
 
 }  // namespace

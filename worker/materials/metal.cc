@@ -8,11 +8,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Gradient3;
-using noise::Saturate;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 // Linear Rec. 709 reflectance at normal incidence.   Source: from the published n and k of the
 // elements (refractiveindex.info), rounded; alloys by eye between their parts.
@@ -47,11 +43,9 @@ class BrushedMetal final : public Carved<BrushedMetal> {
     const Float8 w = point.footprint_m;
     const Float8 lines = Lines(point.texture_m, w);
     const Float8 broad = noise::Fbm3(point.texture_m, 0.12f, 2, w, seed_ + 5);
-    SurfaceSample8 out;
-    out.metallic = Splat(1);
-    out.base_color = Albedo(tint_ * (1.0f + 0.13f * lines + 0.05f * broad));
-    out.roughness = Saturate(roughness_ * (1.0f + 0.25f * lines + 0.18f * broad));
-    return out;
+    return {.base_color = Albedo(tint_ * (1.0f + 0.13f * lines + 0.05f * broad)),
+            .metallic = Splat(1),
+            .roughness = Saturate(roughness_ * (1.0f + 0.25f * lines + 0.18f * broad))};
   }
   auto HeightOf(const auto& point) const {
     return depth_m_ * Lines(point.texture_m, point.footprint_m);
@@ -73,7 +67,6 @@ class BrushedMetal final : public Carved<BrushedMetal> {
 
   Vec3f tint_;
   float roughness_, depth_m_;
-  uint32_t seed_;
 };
 
 // Bright, with the haze of hands and a few hairlines.
@@ -88,11 +81,9 @@ class PolishedMetal final : public Carved<PolishedMetal> {
   SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
     const Float8 w = point.footprint_m;
     const Float8 haze = SmoothStep(0.05f, 0.7f, noise::Fbm3(point.texture_m, 0.07f, 4, w, seed_));
-    SurfaceSample8 out;
-    out.metallic = Splat(1);
-    out.base_color = Albedo(tint_ * (1.0f - 0.14f * haze));
-    out.roughness = Saturate(roughness_ + smudge_ * haze);
-    return out;
+    return {.base_color = Albedo(tint_ * (1.0f - 0.14f * haze)),
+            .metallic = Splat(1),
+            .roughness = Saturate(roughness_ + smudge_ * haze)};
   }
   // Sheet is never quite flat: long soft waves bend what is mirrored.
   auto HeightOf(const auto& point) const {
@@ -102,7 +93,6 @@ class PolishedMetal final : public Carved<PolishedMetal> {
  private:
   Vec3f tint_;
   float roughness_, smudge_;
-  uint32_t seed_;
 };
 
 // Overlapping blows of a round hammer.
@@ -120,11 +110,9 @@ class HammeredMetal final : public Carved<HammeredMetal> {
     const Float8 fade = Fade(dent_m_, w);
     const Float8 bowl = Any(fade > 0) ? 0.4f + fade * (Bowl(point.texture_m) - 0.4f) : Splat(0.4f);
     const Float8 stain = noise::Fbm3(point.texture_m, 0.05f, 3, w, seed_ + 3);
-    SurfaceSample8 out;
-    out.metallic = Splat(1);
-    out.base_color = Albedo(tint_ * (1.06f - 0.25f * bowl + 0.1f * stain));
-    out.roughness = Saturate(roughness_ * (0.9f + 0.5f * bowl + 0.3f * stain));
-    return out;
+    return {.base_color = Albedo(tint_ * (1.06f - 0.25f * bowl + 0.1f * stain)),
+            .metallic = Splat(1),
+            .roughness = Saturate(roughness_ * (0.9f + 0.5f * bowl + 0.3f * stain))};
   }
   template <typename Point>
   typename Point::Real HeightOf(const Point& point) const {
@@ -143,7 +131,6 @@ class HammeredMetal final : public Carved<HammeredMetal> {
 
   Vec3f tint_;
   float roughness_, dent_m_, depth_;
-  uint32_t seed_;
 };
 
 // Iron with rust that spreads from patches, in tones from orange to brown.
@@ -163,12 +150,10 @@ class RustedMetal final : public Carved<RustedMetal> {
     const Float8 tone = noise::Fbm3(p, 0.02f, 4, w, seed_ + 7, 0.65f);
     const Vec3x8 oxide = Mix(brown_, orange_, SmoothStep(-0.5f, 0.6f, tone + 0.5f * rust - 0.3f));
     const Float8 stain = noise::Fbm3(p, 0.06f, 3, w, seed_ + 11);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(iron_ * (1.0f + 0.25f * stain), oxide, rust));
-    out.metallic = 1.0f - rust;
-    out.roughness = noise::Lerp(0.42f + 0.12f * stain, 0.9f, rust);
-    out.specular = Splat(0.3f);
-    return out;
+    return {.base_color = Albedo(Mix(iron_ * (1.0f + 0.25f * stain), oxide, rust)),
+            .metallic = 1.0f - rust,
+            .roughness = noise::Lerp(0.42f + 0.12f * stain, 0.9f, rust),
+            .specular = Splat(0.3f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -184,7 +169,6 @@ class RustedMetal final : public Carved<RustedMetal> {
 
   Vec3f iron_, orange_, brown_;
   float level_;
-  uint32_t seed_;
 };
 
 // Powder coat with orange peel; chipped to the metal in places.
@@ -206,11 +190,9 @@ class PaintedMetal final : public Carved<PaintedMetal> {
     const Vec3x8& p = point.texture_m;
     const Float8 dirt = noise::Fbm3(p, 0.15f, 4, w, seed_ + 3);
     const Float8 chip = Chip(p, w);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(coat_ * (1.0f + 0.11f * dirt), metal_, chip));
-    out.metallic = chip;
-    out.roughness = Saturate(roughness_ * (1.0f + 0.15f * dirt));
-    return out;
+    return {.base_color = Albedo(Mix(coat_ * (1.0f + 0.11f * dirt), metal_, chip)),
+            .metallic = chip,
+            .roughness = Saturate(roughness_ * (1.0f + 0.15f * dirt))};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -227,7 +209,6 @@ class PaintedMetal final : public Carved<PaintedMetal> {
 
   Vec3f coat_, metal_;
   float roughness_, chips_, peel_m_;
-  uint32_t seed_;
 };
 
 // Zinc crystals, each turned its own way: bright and dull flakes.
@@ -256,11 +237,9 @@ class GalvanizedMetal final : public Carved<GalvanizedMetal> {
       tone += 0.18f * feather * Fade(0.12f * flake_m_, w);
     }
     const Float8 broad = noise::Fbm3(point.texture_m, 0.2f, 2, w, seed_ + 3);
-    SurfaceSample8 out;
-    out.metallic = Splat(1);
-    out.base_color = Albedo(zinc_ * (1.0f + contrast_ * tone + 0.08f * broad));
-    out.roughness = Saturate(0.45f + 0.25f * rough + 0.05f * broad);
-    return out;
+    return {.base_color = Albedo(zinc_ * (1.0f + contrast_ * tone + 0.08f * broad)),
+            .metallic = Splat(1),
+            .roughness = Saturate(0.45f + 0.25f * rough + 0.05f * broad)};
   }
   auto HeightOf(const auto& point) const {
     return 8e-6f * noise::Fbm3(point.texture_m, 0.004f, 2, point.footprint_m, seed_ + 4);
@@ -269,7 +248,6 @@ class GalvanizedMetal final : public Carved<GalvanizedMetal> {
  private:
   Vec3f zinc_;
   float flake_m_, contrast_;
-  uint32_t seed_;
 };
 
 // Sand-cast, dark and rough: stoves, pans, radiators.
@@ -283,11 +261,9 @@ class CastIron final : public Carved<CastIron> {
   SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
     const Float8 w = point.footprint_m;
     const Float8 n = noise::Fbm3(point.texture_m, 0.05f, 5, w, seed_, 0.65f);
-    SurfaceSample8 out;
-    out.metallic = Splat(0.8f);
-    out.base_color = Albedo(iron_ * (1.0f + 0.35f * n));
-    out.roughness = Saturate(0.55f + 0.12f * n);
-    return out;
+    return {.base_color = Albedo(iron_ * (1.0f + 0.35f * n)),
+            .metallic = Splat(0.8f),
+            .roughness = Saturate(0.55f + 0.12f * n)};
   }
   auto HeightOf(const auto& point) const {
     return 7e-5f * noise::Fbm3(point.texture_m, grain_m_, 2, point.footprint_m, seed_ + 8);
@@ -296,7 +272,6 @@ class CastIron final : public Carved<CastIron> {
  private:
   Vec3f iron_;
   float grain_m_;
-  uint32_t seed_;
 };
 
 }  // namespace

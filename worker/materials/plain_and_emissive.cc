@@ -9,10 +9,7 @@ class PlainGrey final : public Material {
  public:
   explicit PlainGrey(Rng&) {}
   SurfaceSample8 Evaluate(const SurfacePoint8&) const override {
-    SurfaceSample8 out;
-    out.base_color = Vec3x8::All(Splat(0.5f));
-    out.roughness = Splat(0.6f);
-    return out;
+    return {.base_color = Vec3x8::All(Splat(0.5f)), .roughness = Splat(0.6f)};
   }
 };
 
@@ -32,12 +29,10 @@ class LampBulb final : public Material {
     seed_ = DrawSeed(rng);
   }
   SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
-    SurfaceSample8 out;
     const Float8 n = noise::Fbm3(point.texture_m, 0.04f, 2, point.footprint_m, seed_);
-    out.base_color = Vec3x8::All(0.78f * (1.0f + 0.09f * n));
-    out.roughness = Splat(0.5f);
-    out.emission = color_ * (radiance_ * (1.0f + 0.08f * n));
-    return out;
+    return {.base_color = Vec3x8::All(0.78f * (1.0f + 0.09f * n)),
+            .roughness = Splat(0.5f),
+            .emission = color_ * (radiance_ * (1.0f + 0.08f * n))};
   }
 
  private:

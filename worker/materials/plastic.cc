@@ -7,8 +7,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Saturate;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 Vec3f DrawPigment(Rng& rng) {
   static constexpr std::array<uint32_t, 18> kPigments = {
@@ -48,10 +47,8 @@ class Plastic final : public Carved<Plastic> {
     // Handling polishes rough plastic and dulls smooth plastic, in patches.
     const Float8 worn =
         noise::SmoothStep(0.1f, 0.8f, noise::Fbm3(point.texture_m, 0.05f, 3, w, seed_ + 6));
-    SurfaceSample8 out;
-    out.base_color = Albedo(pigment_ * (1.0f + mottle_ * n));
-    out.roughness = Saturate(roughness_ + wear_ * worn * (roughness_ > 0.4f ? -1.0f : 1.0f));
-    return out;
+    return {.base_color = Albedo(pigment_ * (1.0f + mottle_ * n)),
+            .roughness = Saturate(roughness_ + wear_ * worn * (roughness_ > 0.4f ? -1.0f : 1.0f))};
   }
   auto HeightOf(const auto& point) const {
     return depth_m_ * noise::Fbm3(point.texture_m, grain_m_, 2, point.footprint_m, seed_ + 9);
@@ -60,7 +57,6 @@ class Plastic final : public Carved<Plastic> {
  private:
   Vec3f pigment_;
   float roughness_, grain_m_, depth_m_, mottle_, wear_;
-  uint32_t seed_;
 };
 
 // Two or three colours that ran into each other in the press: bowls, toys, recycled boards.
@@ -81,10 +77,7 @@ class MarbledPlastic final : public Carved<MarbledPlastic> {
                       noise::Gradient3(p / swirl_m_, seed_ + 2));
     const Float8 n = noise::Fbm3(p + bend * (0.9f * swirl_m_), swirl_m_, 4, w, seed_ + 3, 0.55f);
     const Float8 t = noise::SmoothStep(-0.35f, 0.35f, n);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(first_, second_, t));
-    out.roughness = Splat(roughness_);
-    return out;
+    return {.base_color = Albedo(Mix(first_, second_, t)), .roughness = Splat(roughness_)};
   }
   auto HeightOf(const auto& point) const {
     return 6e-6f * noise::Fbm3(point.texture_m, 0.006f, 2, point.footprint_m, seed_ + 9);
@@ -93,7 +86,6 @@ class MarbledPlastic final : public Carved<MarbledPlastic> {
  private:
   Vec3f first_, second_;
   float swirl_m_, roughness_;
-  uint32_t seed_;
 };
 
 // Foam rubber and neoprene: dull, with open cells.
@@ -107,11 +99,9 @@ class FoamRubber final : public Carved<FoamRubber> {
   SurfaceSample8 Evaluate(const SurfacePoint8& point) const override {
     const Float8 pore = Pore(point.texture_m, point.footprint_m);
     const Float8 n = noise::Fbm3(point.texture_m, 0.06f, 3, point.footprint_m, seed_ + 2);
-    SurfaceSample8 out;
-    out.base_color = Albedo(color_ * (1.0f - 0.55f * pore + 0.1f * n));
-    out.roughness = Splat(0.9f);
-    out.specular = Splat(0.2f);
-    return out;
+    return {.base_color = Albedo(color_ * (1.0f - 0.55f * pore + 0.1f * n)),
+            .roughness = Splat(0.9f),
+            .specular = Splat(0.2f)};
   }
   auto HeightOf(const auto& point) const {
     return -0.2f * pore_m_ * Pore(point.texture_m, point.footprint_m);
@@ -131,7 +121,6 @@ class FoamRubber final : public Carved<FoamRubber> {
 
   Vec3f color_;
   float pore_m_;
-  uint32_t seed_;
 };
 
 }  // namespace

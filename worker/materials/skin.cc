@@ -8,12 +8,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Fbm3;
-using noise::Gradient3;
-using noise::Saturate;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 // A net of fine creases, pores where they cross, blood under it, freckles and a film of oil.
 class Skin final : public Carved<Skin> {
@@ -43,17 +38,15 @@ class Skin final : public Carved<Skin> {
         flush_ * noise::Above(noise::Fbm3Filtered(p, 0.06f, 5, w, seed_ + 2, 0.6f), 0.0f, 0.5f);
     const Float8 mottle = Fbm3(p, 0.012f, 4, w, seed_ + 3, 0.6f);
     const Float8 shine = Fbm3(p, 0.04f, 3, w, seed_ + 4);
-    SurfaceSample8 out;
     Vec3x8 color = Mix(Mix(skin_, pale_, Saturate(0.5f + 0.45f * mottle)), blood_, flush);
     color = Mix(color, Albedo(skin_.cwiseProduct(Vec3f(0.72f, 0.86f, 0.9f))), Veins(p, w));
     color = Mix(color, freckle_, Freckles(p, w));
-    out.base_color =
-        Albedo(color * (1.0f - (hide_ ? 0.4f : 0.25f) * (crease - kMeanCrease) + 0.04f * mottle));
-    out.roughness = Saturate(oil_ + 0.12f * shine + 0.1f * (crease - kMeanCrease));
-    out.specular = Splat(0.4f);
-    out.subsurface = Splat(0.75f);
-    out.sheen = Splat(0.12f);
-    return out;
+    return {.base_color = Albedo(
+                color * (1.0f - (hide_ ? 0.4f : 0.25f) * (crease - kMeanCrease) + 0.04f * mottle)),
+            .roughness = Saturate(oil_ + 0.12f * shine + 0.1f * (crease - kMeanCrease)),
+            .specular = Splat(0.4f),
+            .sheen = Splat(0.12f),
+            .subsurface = Splat(0.75f)};
   }
 
   auto HeightOf(const auto& point) const {
@@ -103,7 +96,6 @@ class Skin final : public Carved<Skin> {
   Vec3f skin_, blood_, pale_, freckle_;
   bool hide_;
   float crease_m_, flush_, freckles_, oil_, vein_;
-  uint32_t seed_;
 };
 
 // Candle wax and soap: light in the depth, a bloom on the surface, marks of hands and small pits.
@@ -139,14 +131,13 @@ class Wax final : public Carved<Wax> {
       base = Mix(wax_, second_, layers_ * (0.5f + 0.5f * wave));
     }
     const Float8 pit = Pits(p, w);
-    SurfaceSample8 out;
-    out.base_color =
-        Albedo(Mix(Mix(base, cloud_, 0.6f * cloud), Vec3f(Vec3f::Constant(0.85f)), 0.07f * bloom) *
-               (1.0f - 0.15f * pit));
-    out.roughness = Saturate(roughness_ + 0.3f * bloom + 0.06f * Fbm3(p, 0.03f, 3, w, seed_ + 5));
-    out.specular = Splat(0.45f);
-    out.subsurface = Splat(0.85f);
-    return out;
+    return {
+        .base_color = Albedo(
+            Mix(Mix(base, cloud_, 0.6f * cloud), Vec3f(Vec3f::Constant(0.85f)), 0.07f * bloom) *
+            (1.0f - 0.15f * pit)),
+        .roughness = Saturate(roughness_ + 0.3f * bloom + 0.06f * Fbm3(p, 0.03f, 3, w, seed_ + 5)),
+        .specular = Splat(0.45f),
+        .subsurface = Splat(0.85f)};
   }
 
   auto HeightOf(const auto& point) const {
@@ -170,7 +161,6 @@ class Wax final : public Carved<Wax> {
 
   Vec3f wax_, cloud_, second_;
   float bloom_, layer_m_, layers_, roughness_, pits_;
-  uint32_t seed_;
 };
 
 }  // namespace

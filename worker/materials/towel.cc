@@ -8,12 +8,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Fbm3;
-using noise::Gradient2;
-using noise::Saturate;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 class TerryCloth final : public Carved<TerryCloth> {
  public:
@@ -51,12 +46,10 @@ class TerryCloth final : public Carved<TerryCloth> {
     const Vec3x8 loops = Mix(deep_, pile_, top) * (1.0f + 0.22f * own + 0.35f * crush_ * nap);
     const Float8 band = Band(plane, w);
     const Vec3x8 flat = band_ * (1.0f + 0.18f * Ribs(plane, w));
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(loops, flat, band));
-    out.roughness = Splat(0.95f);
-    out.specular = Splat(0.2f);
-    out.sheen = Saturate(0.5f + 0.2f * nap - 0.3f * band);
-    return out;
+    return {.base_color = Albedo(Mix(loops, flat, band)),
+            .roughness = Splat(0.95f),
+            .specular = Splat(0.2f),
+            .sheen = Saturate(0.5f + 0.2f * nap - 0.3f * band)};
   }
 
   auto HeightOf(const auto& point) const {
@@ -110,7 +103,6 @@ class TerryCloth final : public Carved<TerryCloth> {
 
   Vec3f pile_, deep_, band_;
   float loop_m_, stretch_, crush_, period_m_, band_m_, ribs_m_, phase_;
-  uint32_t seed_;
 };
 
 }  // namespace

@@ -7,11 +7,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Fbm3;
-using noise::Gradient2;
-using noise::Saturate;
-using noise::SmoothStep;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 constexpr std::array<uint32_t, 18> kWallColors = {
     0xeae7df, 0xe4ddd0, 0xdcd3c2, 0xd8d9d6, 0xcfcac0, 0xc4bdb0, 0xb8b3a9, 0xd9c9b4, 0xc9cfc4,
@@ -41,12 +37,10 @@ class WallPaint final : public Carved<WallPaint> {
     const Float8 lane = Fade(lane_m_, w) * Gradient2(plane.u / lane_m_, 0.4f * plane.v, seed_ + 1);
     const Float8 blotch = Fbm3(point.texture_m, 0.4f, 5, w, seed_ + 2, 0.55f);
     const Float8 dust = Fbm3(point.texture_m, 0.025f, 3, w, seed_ + 7);
-    SurfaceSample8 out;
-    out.base_color =
-        Albedo(color_ * (1.0f + blotch_ * blotch + 0.5f * blotch_ * lane + 0.025f * dust));
-    out.roughness = Saturate(roughness_ * (1.0f + 0.08f * blotch + 0.05f * dust));
-    out.specular = Splat(0.4f);
-    return out;
+    return {.base_color =
+                Albedo(color_ * (1.0f + blotch_ * blotch + 0.5f * blotch_ * lane + 0.025f * dust)),
+            .roughness = Saturate(roughness_ * (1.0f + 0.08f * blotch + 0.05f * dust)),
+            .specular = Splat(0.4f)};
   }
   auto HeightOf(const auto& point) const {
     return depth_m_ * Fbm3(point.texture_m, nap_m_, 2, point.footprint_m, seed_) +
@@ -56,7 +50,6 @@ class WallPaint final : public Carved<WallPaint> {
  private:
   Vec3f color_;
   float nap_m_, depth_m_, lane_m_, roughness_, blotch_;
-  uint32_t seed_;
 };
 
 // Strokes of a trowel: arcs that overlap, ridges where they end; clouds of lighter and darker lime.
@@ -75,11 +68,9 @@ class Plaster final : public Carved<Plaster> {
     const Float8 cloud = Fbm3(point.texture_m, 0.35f, 6, w, seed_ + 2, 0.6f);
     const Float8 stroke = Strokes(OnPlane(point), w);
     const Float8 grit = Fbm3(point.texture_m, 0.004f, 2, w, seed_ + 9);
-    SurfaceSample8 out;
-    out.base_color = Albedo(color_ * (1.0f + cloud_ * (cloud + 0.5f * stroke) + 0.04f * grit));
-    out.roughness = Saturate(roughness_ * (1.0f - 0.15f * stroke));
-    out.specular = Splat(0.4f);
-    return out;
+    return {.base_color = Albedo(color_ * (1.0f + cloud_ * (cloud + 0.5f * stroke) + 0.04f * grit)),
+            .roughness = Saturate(roughness_ * (1.0f - 0.15f * stroke)),
+            .specular = Splat(0.4f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -104,7 +95,6 @@ class Plaster final : public Carved<Plaster> {
 
   Vec3f color_;
   float stroke_m_, depth_m_, cloud_, roughness_;
-  uint32_t seed_;
 };
 
 // Furniture paint: the brush's hairs along x, worn to the ground at random edges on some.
@@ -125,12 +115,10 @@ class LacquerPaint final : public Carved<LacquerPaint> {
     const Float8 w = point.footprint_m;
     const Float8 hairs = Hairs(point.texture_m, w);
     const Float8 n = Fbm3(point.texture_m, 0.12f, 4, w, seed_ + 2);
-    SurfaceSample8 out;
     const Vec3x8 paint = color_ * (1.0f + 0.035f * hairs + 0.05f * n);
     const Float8 bare = Bare(point.texture_m, w);
-    out.base_color = Albedo(Mix(paint, wood_ * (1.0f + 0.25f * hairs), bare));
-    out.roughness = Saturate(noise::Lerp(roughness_ * (1.0f + 0.15f * n), 0.7f, bare));
-    return out;
+    return {.base_color = Albedo(Mix(paint, wood_ * (1.0f + 0.25f * hairs), bare)),
+            .roughness = Saturate(noise::Lerp(roughness_ * (1.0f + 0.15f * n), 0.7f, bare))};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -155,7 +143,6 @@ class LacquerPaint final : public Carved<LacquerPaint> {
 
   Vec3f color_, wood_;
   float roughness_, worn_, depth_m_;
-  uint32_t seed_;
 };
 
 }  // namespace

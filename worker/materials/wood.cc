@@ -5,8 +5,7 @@
 namespace parallax {
 namespace {
 
-using noise::Hash;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 // One piece of solid wood.
 class Board final : public Carved<Board> {
@@ -121,7 +120,6 @@ class WoodPlanks final : public LaidWood<WoodPlanks> {
 
  private:
   float length_m_;
-  uint32_t seed_;
 };
 
 // Herringbone: on a grid of unit squares, (i - j) mod 2n tells a lying block (< n) from a standing
@@ -157,7 +155,6 @@ class ParquetHerringbone final : public LaidWood<ParquetHerringbone> {
 
  private:
   int n_;
-  uint32_t seed_;
 };
 
 // Cross-bonded veneers seen from the side: layers across z alternate long grain and end grain.
@@ -186,11 +183,9 @@ class PlywoodEdge final : public Carved<PlywoodEdge> {
     const Float8 speck = noise::Fbm3(Vec3x8(p.x, p.y, p.z * 2.0f), 0.0016f, 2, w, seed_);
     const Float8 tone = 1.0f - (1.0f - end_grain_) * dark * (1.0f + 0.5f * speck);
     const Float8 sheet = 1.0f + 0.08f * fade * (UnitByte(Hash(layer, seed_), 0) - 0.5f);
-    SurfaceSample8 out;
-    out.base_color = Albedo(grain.color * (tone * sheet));
-    out.roughness = Splat(roughness_);
-    out.specular = Splat(0.35f);
-    return out;
+    return {.base_color = Albedo(grain.color * (tone * sheet)),
+            .roughness = Splat(roughness_),
+            .specular = Splat(0.35f)};
   }
   auto HeightOf(const auto& point) const {
     const auto phase = noise::Fract(point.texture_m.z / (2.0f * layer_m_));
@@ -202,7 +197,6 @@ class PlywoodEdge final : public Carved<PlywoodEdge> {
  private:
   WoodGrain grain_;
   float layer_m_, roughness_, end_grain_;
-  uint32_t seed_;
 };
 
 }  // namespace

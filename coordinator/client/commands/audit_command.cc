@@ -6,6 +6,7 @@
 #include "coordinator/client/command.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
+#include "coordinator/view/json_list.h"
 #include "coordinator/view/status_view.h"
 
 namespace parallax::client {
@@ -31,18 +32,13 @@ absl::StatusOr<ExitCode> Audit(const AuditOptions& options, Session& session) {
   }
   ASSIGN_OR_RETURN(const v1::ListAuditReply reply, connection->ListAudit(request));
   if (session.options.json) {
-    nlohmann::ordered_json json = {{"entries", nlohmann::ordered_json::array()}};
-    for (const v1::AuditEntry& entry : reply.entries()) {
-      json["entries"].push_back(AuditEntryJson(entry));
-    }
-    session.PrintJson(json);
-    return kExitOk;
+    return session.PrintJson({{"entries", JsonList(reply.entries(), AuditEntryJson)}});
   }
   if (reply.entries_size() == 0) {
     *session.out().stream << "nothing has been done yet\n";
     return kExitOk;
   }
-  Table table({{"WHEN (UTC)"}, {"ACTION"}, {"STUDY", Align::kRight}, {"WHO"}, {"DETAIL"}});
+  Table table({"WHEN (UTC)", "ACTION", Right("STUDY"), "WHO", "DETAIL"});
   for (const v1::AuditEntry& entry : reply.entries()) {
     table.AddRow({DateAndTimeOf(entry.unix_s()), entry.action(),
                   entry.study_id() == 0 ? "" : std::to_string(entry.study_id()), entry.actor(),

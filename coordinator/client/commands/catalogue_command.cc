@@ -17,6 +17,7 @@
 #include "coordinator/client/cancellable.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
+#include "coordinator/view/json_list.h"
 #include "worker/catalogue/figures.h"
 #include "worker/catalogue/sheet.h"
 
@@ -155,24 +156,15 @@ std::vector<std::string> MaterialCells(const MaterialFigures& f) {
 }
 
 const std::vector<Table::Column>& ClassColumns() {
-  static const std::vector<Table::Column>& columns =
-      *new std::vector<Table::Column>{{"class"},
-                                      {"family"},
-                                      {"width x depth x height, m"},
-                                      {"triangles", Align::kRight},
-                                      {"most", Align::kRight},
-                                      {"ms", Align::kRight},
-                                      {"stands"}};
+  static const std::vector<Table::Column>& columns = *new std::vector<Table::Column>{
+      "class",     "family", "width x depth x height, m", Right("triangles"), Right("most"),
+      Right("ms"), "stands"};
   return columns;
 }
 
 const std::vector<Table::Column>& MaterialColumns() {
-  static const std::vector<Table::Column>& columns =
-      *new std::vector<Table::Column>{{"material"},
-                                      {"family"},
-                                      {"colour ns", Align::kRight},
-                                      {"relief ns", Align::kRight},
-                                      {"serves"}};
+  static const std::vector<Table::Column>& columns = *new std::vector<Table::Column>{
+      "material", "family", Right("colour ns"), Right("relief ns"), "serves"};
   return columns;
 }
 
@@ -204,11 +196,9 @@ void Print(const std::vector<Table::Column>& columns, const std::vector<Figure>&
 absl::StatusOr<ExitCode> List(const CatalogueOptions& options, Session& session) {
   const Figures figures = Measure(options);
   if (session.options.json) {
-    Json classes = Json::array(), materials = Json::array();
-    for (const AssetFigures& f : figures.classes) classes.push_back(ClassJson(f));
-    for (const MaterialFigures& f : figures.materials) materials.push_back(MaterialJson(f));
-    session.PrintJson({{"seeds", options.seeds}, {"classes", classes}, {"materials", materials}});
-    return kExitOk;
+    return session.PrintJson({{"seeds", options.seeds},
+                              {"classes", JsonList(figures.classes, ClassJson)},
+                              {"materials", JsonList(figures.materials, MaterialJson)}});
   }
   Print(ClassColumns(), figures.classes, ClassCells, options.markdown, session.out());
   Print(MaterialColumns(), figures.materials, MaterialCells, options.markdown, session.out());
@@ -235,12 +225,11 @@ absl::StatusOr<ExitCode> DrawSheets(const CatalogueOptions& options, Session& se
   ASSIGN_OR_RETURN(const SheetResult result,
                    WriteCatalogueSheets(options.sheet, interrupt.token(), progress));
   if (session.options.json) {
-    session.PrintJson({{"files", result.files},
-                       {"classes", result.classes},
-                       {"materials", result.materials},
-                       {"seeds_per_class", 6},
-                       {"cell_px", options.sheet.cell_px}});
-    return kExitOk;
+    return session.PrintJson({{"files", result.files},
+                              {"classes", result.classes},
+                              {"materials", result.materials},
+                              {"seeds_per_class", 6},
+                              {"cell_px", options.sheet.cell_px}});
   }
   for (const std::string& file : result.files) *session.out().stream << file << "\n";
   return kExitOk;
@@ -260,12 +249,10 @@ void RegisterCatalogue(Registry& registry) {
       "  parallax catalogue --json | jq '.classes[] | {name, triangles, ms}'\n"
       "  parallax catalogue --sheet out/sheets            every class in six seeds, rendered\n"
       "  parallax catalogue --sheet out/chairs Chair --cell 320 --samples 64\n");
-  command->group(kLocalCommands);
   auto options = std::make_shared<CatalogueOptions>();
   command->add_option("NAME", options->sheet.only,
                       "Classes, materials or families (default: everything)");
-  command->add_option("--sheet", options->sheet.dir, "Write contact sheets into this folder")
-      ->type_name("DIR");
+  AddOption(command, "--sheet", "DIR", options->sheet.dir, "Write contact sheets into this folder");
   command->add_option("--seeds", options->seeds, "Seeds measured of each class (default 8)")
       ->check(CLI::Range(1, 1000));
   command->add_option("--first-seed", options->sheet.first_seed, "First seed drawn (default 1)")

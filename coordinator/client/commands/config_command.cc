@@ -77,8 +77,7 @@ absl::StatusOr<ExitCode> Check(const ConfigOptions& options, Session& session) {
       json["disk_bytes"] = bytes;
       json["missing"] = missing;
     }
-    session.PrintJson(json);
-    return kExitOk;
+    return session.PrintJson(json);
   }
   std::ostream& out = *session.out().stream;
   out << options.file << ": " << session.out().Paint(Tone::kGood, "ok");
@@ -158,8 +157,7 @@ absl::StatusOr<ExitCode> ShowContent(const ContentCommand& command,
       json["content"].push_back(
           {{"name", item.name}, {"text", item.text}, {"left_out", item.left_out}});
     }
-    session.PrintJson(json);
-    return kExitOk;
+    return session.PrintJson(json);
   }
   std::ostream& out = *session.out().stream;
   for (const ContentItem& item : report.items) {
@@ -246,8 +244,7 @@ void AddContentCommand(Registry& registry, CLI::App& parent, const ContentComman
 
 absl::StatusOr<ExitCode> ListConfigs(Session& session) {
   if (session.options.json) {
-    session.PrintJson({{"studies", BuiltinStudies()}, {"scenes", BuiltinSceneConfigs()}});
-    return kExitOk;
+    return session.PrintJson({{"studies", BuiltinStudies()}, {"scenes", BuiltinSceneConfigs()}});
   }
   const auto print = [&](const char* title, const std::vector<std::string>& names) {
     *session.out().stream << session.out().Paint(Tone::kBold, title) << "\n";
@@ -274,7 +271,6 @@ void RegisterConfig(Registry& registry) {
   CLI::App* config =
       registry.AddCommand(registry.app, "config", "Check and show study and scene files");
   config->require_subcommand(1);
-  config->group(kLocalCommands);
   auto options = std::make_shared<ConfigOptions>();
   CLI::App* check = AddFileCommand(
       registry, *config, "check", "Check a file: print its mistakes by line, or \"ok\"",

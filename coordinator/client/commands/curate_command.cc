@@ -56,10 +56,9 @@ class Curation {
     RETURN_IF_ERROR(OpenNetworks());
     ASSIGN_OR_RETURN(const std::unique_ptr<OutDir> held, OutDir::Open(root_));
     work_dir_ = held->work_dir() + "/curate";
-    std::error_code error;
-    fs::create_directories(work_dir_, error);
-    if (error) return ErrnoError(error.value(), "make " + work_dir_);
+    RETURN_IF_ERROR(MakeFolders(work_dir_));
     const absl::Status status = CurateAll();
+    std::error_code error;
     fs::remove_all(work_dir_, error);
     RETURN_IF_ERROR(status);
     if (session_.options.json) {
@@ -161,9 +160,7 @@ class Curation {
       absl::StatusOr<int64_t> now = ScoreFrames(
           task.variant, {.id = id, .predictor = network->second.predictor.get()}, options, log);
       ClearProgress();
-      if (absl::IsCancelled(now.status())) {
-        return Cancelled("stopped; the same command resumes");
-      }
+      if (absl::IsCancelled(now.status())) return Cancelled("stopped; the same command resumes");
       RETURN_IF_ERROR(now.status());
       done_ += Frames(task);
       scored += *now;
@@ -262,34 +259,25 @@ void RegisterCurate(Registry& registry) {
       "  parallax curate out/quickstart --checkpoint network\n"
       "  parallax curate out/quickstart --checkpoint runs/wide/final.pt --max-share 0.6\n"
       "  parallax curate out/mix --variant 'm-*' --checkpoint a.pt --checkpoint b.pt --json\n");
-  command->group(kLocalCommands);
   auto options = std::make_shared<CurateCommandOptions>();
   command->add_option("DIR", options->dir, "A dataset of `run` or `fetch`, or one of its variants")
       ->required();
-  command
-      ->add_option(
-          "--checkpoint", options->checkpoints,
-          "A network of the built-in trainer, or `network`, which comes with Parallax unless "
-          "$PARALLAX_NETWORK names another; may be repeated (default: those that the study trained "
-          "on the variant, in DIR/training, else `network`)")
-      ->type_name("FILE");
-  command
-      ->add_option("--max-share", options->max_share,
-                   "Instead of filters.max_ambiguous_share, from 0 to 1; 1: none is ambiguous")
-      ->type_name("SHARE")
+  AddOption(
+      command, "--checkpoint", "FILE", options->checkpoints,
+      "A network of the built-in trainer, or `network`, which comes with Parallax unless "
+      "$PARALLAX_NETWORK names another; may be repeated (default: those that the study trained "
+      "on the variant, in DIR/training, else `network`)");
+  AddOption(command, "--max-share", "SHARE", options->max_share,
+            "Instead of filters.max_ambiguous_share, from 0 to 1; 1: none is ambiguous")
       ->check(CLI::Range(0.0, 1.0));
-  command
-      ->add_option("--variant", options->variants,
-                   "Only this variant; may be repeated, and end in * (default: all but held-out "
-                   "ones)")
-      ->type_name("NAME");
+  AddOption(command, "--variant", "NAME", options->variants,
+            "Only this variant; may be repeated, and end in * (default: all but held-out "
+            "ones)");
   command->add_option("--threads", options->predictor.threads, "CPU threads (default: all)")
       ->check(CLI::Range(1, 1024));
-  command
-      ->add_option("--trainer-program", options->predictor.trainer_program,
-                   "Predicts from a checkpoint (default: `trainer` beside this program, or "
-                   "$PARALLAX_TRAINER)")
-      ->type_name("FILE");
+  AddOption(command, "--trainer-program", "FILE", options->predictor.trainer_program,
+            "Predicts from a checkpoint (default: `trainer` beside this program, or "
+            "$PARALLAX_TRAINER)");
   command
       ->add_option("--pair-s", options->predictor.pair_s,
                    "Time limit of a prediction in seconds (default 120)")

@@ -46,10 +46,9 @@ absl::StatusOr<ExitCode> ListBenchmarks(Session& session) {
                        {"description", kind.description},
                        {"layout", kind.layout}});
     }
-    session.PrintJson({{"benchmarks", kinds}});
-    return kExitOk;
+    return session.PrintJson({{"benchmarks", kinds}});
   }
-  Table table({{"NAME"}, {"PAIRS AND FIGURE, FILES BELOW --benchmarks DIR"}});
+  Table table({"NAME", "PAIRS AND FIGURE, FILES BELOW --benchmarks DIR"});
   for (const BenchmarkKind& kind : BenchmarkKinds()) {
     table.AddRow({kind.name + (kind.takes_path ? ":PATH" : ""), kind.description});
     table.AddRow({"", kind.layout});
@@ -218,15 +217,11 @@ absl::StatusOr<Json> EvaluateOne(const EvaluateCommandOptions& options,
 
 absl::StatusOr<ExitCode> RunEvaluate(const EvaluateCommandOptions& options, Session& session) {
   if (options.list) return ListBenchmarks(session);
-  if (options.out.empty()) {
-    return InvalidArgument("--out is required");
-  }
+  if (options.out.empty()) return InvalidArgument("--out is required");
   ASSIGN_OR_RETURN(const ChosenPredictor chosen, Choose(options));
   ASSIGN_OR_RETURN(const std::vector<Benchmark> benchmarks, OpenAll(options));
   RETURN_IF_ERROR(CheckFilesDiffer(options, benchmarks, chosen.run));
-  std::error_code error;
-  fs::create_directories(options.out, error);
-  if (error) return ErrnoError(error.value(), "make " + options.out);
+  RETURN_IF_ERROR(MakeFolders(options.out));
   const CancellableScope cancellable;
   Json all = Json::array();
   for (const Benchmark& benchmark : benchmarks) {
@@ -244,11 +239,9 @@ absl::StatusOr<ExitCode> RunEvaluate(const EvaluateCommandOptions& options, Sess
 }
 
 void AddPredictorOptions(CLI::App* command, PredictorChoice& choice) {
-  command
-      ->add_option("--trainer-program", choice.trainer_program,
-                   "Predicts from a checkpoint (default: `trainer` beside this program, or "
-                   "$PARALLAX_TRAINER)")
-      ->type_name("FILE");
+  AddOption(command, "--trainer-program", "FILE", choice.trainer_program,
+            "Predicts from a checkpoint (default: `trainer` beside this program, or "
+            "$PARALLAX_TRAINER)");
   command
       ->add_option("--pair-s", choice.pair_s,
                    "Time limit of a pair for checkpoints and commands (default 120)")
@@ -274,30 +267,21 @@ void RegisterEvaluate(Registry& registry) {
       "      --benchmarks ~/stereo --on middlebury2014-H --on eth3d --on kitti2015\n"
       "  parallax evaluate --command 'python predict.py {list}' --variant mine --out scores \\\n"
       "      --on heldout=archive:out/heldout --on list:pairs.txt --pictures\n");
-  command->group(kLocalCommands);
   auto options = std::make_shared<EvaluateCommandOptions>();
   command->add_option("PREDICTOR", options->predictor.what,
                       "network, sgbm, a checkpoint, or a folder");
-  command
-      ->add_option("--command", options->predictor.command,
-                   "A command with {list}, run by /bin/sh, that writes each output as PFM")
-      ->type_name("CMD");
-  command
-      ->add_option("--on", options->benchmarks,
-                   "A benchmark: a name of --list, list:FILE, folder:DIR or archive:DIR, with an "
-                   "optional name= in front; may be repeated (default: shipped)")
-      ->type_name("BENCHMARK");
-  command
-      ->add_option("--benchmarks", options->benchmarks_dir,
-                   "The folder with the downloaded benchmarks (default: $PARALLAX_BENCHMARKS)")
-      ->envname("PARALLAX_BENCHMARKS")
-      ->type_name("DIR");
-  command->add_option("-o,--out", options->out, "The folder of score files")->type_name("DIR2");
-  command
-      ->add_option("--variant", options->variant,
-                   "Name of its training set (default: the checkpoint's file or folder)")
-      ->type_name("NAME");
-  command->add_option("--trainer", options->trainer, "Name of its trainer")->type_name("NAME");
+  AddOption(command, "--command", "CMD", options->predictor.command,
+            "A command with {list}, run by /bin/sh, that writes each output as PFM");
+  AddOption(command, "--on", "BENCHMARK", options->benchmarks,
+            "A benchmark: a name of --list, list:FILE, folder:DIR or archive:DIR, with an "
+            "optional name= in front; may be repeated (default: shipped)");
+  AddOption(command, "--benchmarks", "DIR", options->benchmarks_dir,
+            "The folder with the downloaded benchmarks (default: $PARALLAX_BENCHMARKS)")
+      ->envname("PARALLAX_BENCHMARKS");
+  AddOption(command, "-o,--out", "DIR2", options->out, "The folder of score files");
+  AddOption(command, "--variant", "NAME", options->variant,
+            "Name of its training set (default: the checkpoint's file or folder)");
+  AddOption(command, "--trainer", "NAME", options->trainer, "Name of its trainer");
   command->add_option(
       "--seed", options->seed,
       "Seed of its training (default: that of the checkpoint's train.json, else 0; none for "

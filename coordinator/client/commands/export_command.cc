@@ -1,7 +1,6 @@
 // export and verify: a dataset in other layouts, and whether one is what it says.
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -37,7 +36,7 @@ absl::StatusOr<ExitCode> Export(const ExportCommandOptions& command, Session& se
   if (session.options.json) {
     Json limits = Json::object();
     for (const auto& [limit, part] : result.below_limit) limits[std::to_string(limit)] = part;
-    session.PrintJson(
+    return session.PrintJson(
         {{"out", command.out},
          {"layout", command.options.layout},
          {"filtered", !command.options.unfiltered},
@@ -54,7 +53,6 @@ absl::StatusOr<ExitCode> Export(const ExportCommandOptions& command, Session& se
           {{"bin_px", result.disparity.bin_width}, {"counts", result.disparity.counts}}},
          {"disparity_fraction_below_px", limits},
          {"notes", result.notes}});
-    return kExitOk;
   }
   const Terminal& out = session.out();
   *out.stream << command.out << ": " << Plural(result.pairs, "pair") << " of "
@@ -68,7 +66,7 @@ absl::StatusOr<ExitCode> Export(const ExportCommandOptions& command, Session& se
                 << " left out by filters; --unfiltered takes them\n";
   }
   *out.stream << "Disparities, with the limits that training code applies:\n";
-  Table table({{"below", Align::kRight}, {"pixels", Align::kRight}, {""}});
+  Table table({Right("below"), Right("pixels"), ""});
   for (const auto& [limit, part] : result.below_limit) {
     table.AddRow({fmt::format("{} px", limit), Percent(part),
                   std::string(static_cast<size_t>(part * 40 + 0.5), '#')});
@@ -106,9 +104,7 @@ std::string PairsText(int64_t pairs, int64_t wanted) {
 }
 
 absl::StatusOr<ExitCode> Verify(const VerifyCommandOptions& command, Session& session) {
-  VerifyOptions options;
-  options.hashes = !command.no_hashes;
-  options.geometry = !command.no_geometry;
+  VerifyOptions options{.hashes = !command.no_hashes, .geometry = !command.no_geometry};
   ASSIGN_OR_RETURN(const VerifyResult result, VerifyDataset(command.dir, options));
   const bool ok = result.findings_total == 0;
   const bool is_archive = result.kind == "archive";
@@ -168,20 +164,14 @@ void RegisterExport(Registry& registry) {
       "RAFT-Stereo...\n"
       "  parallax export out/table1 --variant default --layout kitti --out out/kitti\n"
       "  parallax export out/mix --variant 'm-10-80-10_*' --layout webdataset --out shards\n");
-  command->group(kLocalCommands);
   auto options = std::make_shared<ExportCommandOptions>();
   command->add_option("DIR", options->dir, "A dataset, or one of its variants")->required();
-  command->add_option("-o,--out", options->out, "The new folder")->type_name("DIR2")->required();
-  command
-      ->add_option(
-          "-l,--layout", options->options.layout,
-          "flyingthings (default), fsd, crestereo, wmgstereo, middlebury, kitti or "
-          "webdataset; for sequences with flow flyingthings-flow, sintel or dynamic-replica")
-      ->type_name("LAYOUT");
-  command
-      ->add_option("--variant", options->options.variants,
-                   "Only this variant; may be repeated, and end in * (default: all but heldout)")
-      ->type_name("NAME");
+  AddOption(command, "-o,--out", "DIR2", options->out, "The new folder")->required();
+  AddOption(command, "-l,--layout", "LAYOUT", options->options.layout,
+            "flyingthings (default), fsd, crestereo, wmgstereo, middlebury, kitti or "
+            "webdataset; for sequences with flow flyingthings-flow, sintel or dynamic-replica");
+  AddOption(command, "--variant", "NAME", options->options.variants,
+            "Only this variant; may be repeated, and end in * (default: all but heldout)");
   command->add_flag("--unfiltered", options->options.unfiltered,
                     "Take pairs that fail a filter too");
   command->add_flag("--infrared", options->options.infrared,
@@ -213,7 +203,6 @@ void RegisterVerify(Registry& registry) {
       "\n"
       "Example:\n"
       "  parallax verify out/quickstart\n");
-  command->group(kLocalCommands);
   auto options = std::make_shared<VerifyCommandOptions>();
   command->add_option("DIR", options->dir, "A dataset, one of its variants, or an export")
       ->required();

@@ -216,50 +216,33 @@ absl::StatusOr<ExitCode> KeepFarm(const FarmOptions& options, Session& session) 
 }
 
 void AddFarmOptions(CLI::App* command, FarmOptions& options) {
-  command
-      ->add_option("ENGINE,--engine", options.engine,
-                   "slurm, pbs, lsf, or the file of another batch system")
-      ->type_name("NAME|FILE")
+  AddOption(command, "ENGINE,--engine", "NAME|FILE", options.engine,
+            "slurm, pbs, lsf, or the file of another batch system")
       ->required();
-  command->add_option("--max", options.limits.max, "Largest number of pilots")
-      ->type_name("N")
+  AddOption(command, "--max", "N", options.limits.max, "Largest number of pilots")
       ->required()
       ->check(CLI::Range(1, 100000));
-  command
-      ->add_option("--min", options.limits.min,
-                   "Smallest number of pilots, also without work (default 0)")
-      ->type_name("N")
+  AddOption(command, "--min", "N", options.limits.min,
+            "Smallest number of pilots, also without work (default 0)")
       ->check(CLI::Range(0, 100000));
-  command->add_option("--script", options.script, "The batch script of a pilot")
-      ->type_name("FILE")
-      ->required();
-  command
-      ->add_option("--slots", options.limits.slots_per_pilot,
-                   "Jobs that a pilot runs at once (default 1)")
-      ->type_name("N")
+  AddOption(command, "--script", "FILE", options.script, "The batch script of a pilot")->required();
+  AddOption(command, "--slots", "N", options.limits.slots_per_pilot,
+            "Jobs that a pilot runs at once (default 1)")
       ->check(CLI::Range(1, 1024));
-  command
-      ->add_option("--idle", options.idle_s,
-                   "A pilot ends after this time without work (default 300)")
-      ->type_name("SECONDS")
+  AddOption(command, "--idle", "SECONDS", options.idle_s,
+            "A pilot ends after this time without work (default 300)")
       ->check(CLI::Range(30, 86400));
-  command
-      ->add_option("--interval", options.interval_s,
-                   "Time between two checks of the queue (default 30)")
-      ->type_name("SECONDS")
+  AddOption(command, "--interval", "SECONDS", options.interval_s,
+            "Time between two checks of the queue (default 30)")
       ->check(CLI::Range(1.0, 3600.0));
-  command->add_option("--worker-tls", options.worker_tls, "Folder with the workers' certificate")
-      ->type_name("DIR");
-  command
-      ->add_option("--name", options.job_name,
-                   "Name of the pilots' jobs; a restarted command finds its pilots by it\n"
-                   "(default parallax)")
-      ->type_name("NAME");
-  command
-      ->add_option("--sbatch,--submit", options.submit,
-                   "An option for sbatch, qsub..., as --sbatch=--partition=short; "
-                   "may be repeated")
-      ->type_name("OPTION")
+  AddOption(command, "--worker-tls", "DIR", options.worker_tls,
+            "Folder with the workers' certificate");
+  AddOption(command, "--name", "NAME", options.job_name,
+            "Name of the pilots' jobs; a restarted command finds its pilots by it\n"
+            "(default parallax)");
+  AddOption(command, "--sbatch,--submit", "OPTION", options.submit,
+            "An option for sbatch, qsub..., as --sbatch=--partition=short; "
+            "may be repeated")
       ->allow_extra_args(false);
   const struct {
     const char *name, *value, *type, *help;
@@ -274,18 +257,14 @@ void AddFarmOptions(CLI::App* command, FarmOptions& options) {
         ->type_name(one.type)
         ->check(CLI::Range(1, one.most));
   }
-  command
-      ->add_option("--log", options.resources["log"],
-                   std::string("File of a pilot's output") + kDefault)
-      ->type_name("FILE");
+  AddOption(command, "--log", "FILE", options.resources["log"],
+            std::string("File of a pilot's output") + kDefault);
   command->add_flag("--dry-run", options.dry_run,
                     "Check the queue once and print the decision without acting");
   command->add_flag("--until-done", options.until_done,
                     "End when there was work and neither work nor pilots are left");
-  command
-      ->add_option("--at-end", options.at_end,
-                   "On Ctrl-C leave the pilots (they end when idle) or cancel them")
-      ->type_name("WHAT")
+  AddOption(command, "--at-end", "WHAT", options.at_end,
+            "On Ctrl-C leave the pilots (they end when idle) or cancel them")
       ->check(CLI::IsMember({"leave", "cancel"}));
   command->add_option("WORKER_ARGUMENTS", options.worker_arguments,
                       "After --: arguments of the worker");

@@ -111,7 +111,7 @@ void RegisterFetch(Registry& registry) {
       "  parallax fetch baseline --out out/baseline\n");
   auto options = std::make_shared<FetchOptions>();
   command->add_option("STUDY", options->study, "Id, or name (the newest of that name)")->required();
-  command->add_option("-o,--out", options->out, "The dataset folder")->type_name("DIR")->required();
+  AddOption(command, "-o,--out", "DIR", options->out, "The dataset folder")->required();
   command->add_flag("--no-verify", options->no_verify,
                     "Link files without reading them: quicker, and damaged ones come as well");
   command->group(kCoordinatorCommands);

@@ -1,7 +1,6 @@
 // jobs: what a study's work consists of, and where it is.
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -13,6 +12,8 @@
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
 #include "coordinator/queue/job_state.h"
+#include "coordinator/study/rigs.h"
+#include "coordinator/view/json_list.h"
 
 namespace parallax::client {
 namespace {
@@ -38,19 +39,6 @@ Tone ToneOf(const std::string& state) {
   return Tone::kPlain;
 }
 
-// "0-3,7": rigs of a job, in order.
-std::string RigRanges(const v1::JobStatus& job) {
-  std::string text;
-  for (int i = 0; i < job.rigs_size();) {
-    int j = i;
-    while (j + 1 < job.rigs_size() && job.rigs(j + 1) == job.rigs(j) + 1) ++j;
-    text += fmt::format("{}{}", text.empty() ? "" : ",", job.rigs(i));
-    if (j > i) text += fmt::format("-{}", job.rigs(j));
-    i = j + 1;
-  }
-  return text;
-}
-
 nlohmann::ordered_json JobJson(const v1::JobStatus& job) {
   using Json = nlohmann::ordered_json;
   return {{"job_id", job.job_id()},
@@ -72,15 +60,8 @@ nlohmann::ordered_json JobJson(const v1::JobStatus& job) {
 }
 
 void PrintTable(const v1::ListJobsReply& reply, const Session& session) {
-  Table table({{"JOB", Align::kRight},
-               {"KIND"},
-               {"STATE"},
-               {"VARIANT"},
-               {"SCENE", Align::kRight},
-               {"RIGS"},
-               {"TRIES", Align::kRight},
-               {"WORKER"},
-               {"DETAIL"}});
+  Table table({Right("JOB"), "KIND", "STATE", "VARIANT", Right("SCENE"), "RIGS", Right("TRIES"),
+               "WORKER", "DETAIL"});
   for (const v1::JobStatus& job : reply.jobs()) {
     std::string detail = FirstLine(job.error());
     if (job.state() == "READY" && !job.waits_text().empty()) detail = job.waits_text();
@@ -89,7 +70,8 @@ void PrintTable(const v1::ListJobsReply& reply, const Session& session) {
     table.AddRow({std::to_string(job.job_id()), job.kind(),
                   session.out().Paint(ToneOf(job.state()), LowerName(job.state())), job.variant(),
                   job.label().empty() && HasScene(job) ? std::to_string(job.scene()) : "-",
-                  RigRanges(job), std::to_string(job.attempts()), job.worker(), detail});
+                  RigsText({job.rigs().data(), static_cast<size_t>(job.rigs_size())}),
+                  std::to_string(job.attempts()), job.worker(), detail});
   }
   table.Print(session.out());
 }
@@ -119,11 +101,8 @@ absl::StatusOr<ExitCode> Jobs(const JobsOptions& options, Session& session) {
   for (char& c : *request.mutable_state()) c = static_cast<char>(std::toupper(c));
   ASSIGN_OR_RETURN(const v1::ListJobsReply reply, connection->ListJobs(request));
   if (session.options.json) {
-    nlohmann::ordered_json json = {{"study_id", study.study_id()},
-                                   {"jobs", nlohmann::ordered_json::array()}};
-    for (const v1::JobStatus& job : reply.jobs()) json["jobs"].push_back(JobJson(job));
-    session.PrintJson(json);
-    return kExitOk;
+    return session.PrintJson(
+        {{"study_id", study.study_id()}, {"jobs", JsonList(reply.jobs(), JobJson)}});
   }
   if (reply.jobs_size() == 0) {
     *session.out().stream << "study " << study.study_id() << " has no "
@@ -153,8 +132,7 @@ void RegisterJobs(Registry& registry) {
       "  parallax jobs 3 --all --json | jq '[.jobs[].attempts] | add'\n");
   auto options = std::make_shared<JobsOptions>();
   command->add_option("STUDY", options->study, "Id, or name (the newest of that name)")->required();
-  command->add_option("--state", options->state, "Only jobs in this state")
-      ->type_name("STATE")
+  AddOption(command, "--state", "STATE", options->state, "Only jobs in this state")
       ->check(CLI::IsMember(StateWords(), CLI::ignore_case));
   command->add_option("--limit", options->limit, "Number of jobs (default 50)")
       ->check(CLI::Range(1, 10'000'000));

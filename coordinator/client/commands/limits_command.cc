@@ -8,6 +8,7 @@
 #include "coordinator/client/views/study_view.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
+#include "coordinator/view/json_list.h"
 
 namespace parallax::client {
 namespace {
@@ -29,21 +30,14 @@ absl::StatusOr<ExitCode> ShowUsers(Session& session) {
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
   ASSIGN_OR_RETURN(const v1::ListUsersReply reply, connection->ListUsers());
   if (session.options.json) {
-    nlohmann::ordered_json json = {{"users", nlohmann::ordered_json::array()}};
-    for (const v1::UserStatus& user : reply.users()) json["users"].push_back(UserJson(user));
-    session.PrintJson(json);
-    return kExitOk;
+    return session.PrintJson({{"users", JsonList(reply.users(), UserJson)}});
   }
   if (reply.users().empty()) {
     *session.out().stream << "no user has an unfinished study\n";
     return kExitOk;
   }
-  Table table({{"USER"},
-               {"RUNNING", Align::kRight},
-               {"STUDIES", Align::kRight},
-               {"PAIRS WAITING", Align::kRight},
-               {"PRIORITY", Align::kRight},
-               {"LIMITS OF"}});
+  Table table({"USER", Right("RUNNING"), Right("STUDIES"), Right("PAIRS WAITING"),
+               Right("PRIORITY"), "LIMITS OF"});
   for (const v1::UserStatus& user : reply.users()) {
     const bool none = user.max_running() + user.max_studies() + user.max_waiting_pairs() == 0;
     table.AddRow({user.user(), OfMost(session.out(), user.running(), user.max_running()),
@@ -69,13 +63,12 @@ absl::StatusOr<ExitCode> LimitStudy(const LimitsOptions& options, Session& sessi
     ASSIGN_OR_RETURN(study, connection->SetMaxRunning(request));
   }
   if (session.options.json) {
-    session.PrintJson({{"study_id", study.study_id()},
-                       {"user", study.user()},
-                       {"running", JobsInState(study, "LEASED")},
-                       {"max_running", study.max_running()},
-                       {"at_limit", study.at_limit()},
-                       {"held_jobs", study.held_jobs()}});
-    return kExitOk;
+    return session.PrintJson({{"study_id", study.study_id()},
+                              {"user", study.user()},
+                              {"running", JobsInState(study, "LEASED")},
+                              {"max_running", study.max_running()},
+                              {"at_limit", study.at_limit()},
+                              {"held_jobs", study.held_jobs()}});
   }
   std::ostream& out = *session.out().stream;
   out << "study " << study.study_id() << " (" << study.name() << ") of " << study.user() << ": "
@@ -105,13 +98,10 @@ void RegisterLimits(Registry& registry) {
       "  parallax limits baseline --max-running 16 --reason 'leave room for others'\n"
       "  parallax limits baseline --max-running 0\n");
   command->add_option("STUDY", options->study, "Id, or name (the newest of that name)");
-  command
-      ->add_option("--max-running", options->max_running,
-                   "Limit of its running jobs; 0: no limit of its own")
-      ->check(CLI::Range(0, kMostRunning))
-      ->type_name("N");
-  command->add_option("--reason", options->reason, "Kept in the coordinator's audit trail")
-      ->type_name("TEXT");
+  AddOption(command, "--max-running", "N", options->max_running,
+            "Limit of its running jobs; 0: no limit of its own")
+      ->check(CLI::Range(0, kMostRunning));
+  AddOption(command, "--reason", "TEXT", options->reason, "Kept in the coordinator's audit trail");
   command->group(kCoordinatorCommands);
   registry.AddConnectionOptions(command);
   registry.SetAction(command, [options](Session& session) -> absl::StatusOr<ExitCode> {

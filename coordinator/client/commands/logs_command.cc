@@ -10,6 +10,7 @@
 #include "coordinator/client/runs/follow.h"
 #include "coordinator/client/views/study_view.h"
 #include "coordinator/client/views/text.h"
+#include "coordinator/view/json_list.h"
 
 namespace parallax::client {
 namespace {
@@ -128,17 +129,12 @@ absl::StatusOr<ExitCode> Logs(const LogsOptions& options, Session& session) {
     }
   }
   if (session.options.json) {
-    nlohmann::ordered_json json = {{"job_id", reply.job().job_id()},
-                                   {"kind", reply.job().kind()},
-                                   {"state", LowerName(reply.job().state())},
-                                   {"variant", reply.job().variant()},
-                                   {"label", reply.job().label()},
-                                   {"attempts", nlohmann::ordered_json::array()}};
-    for (const v1::AttemptStatus& attempt : reply.attempts()) {
-      json["attempts"].push_back(AttemptJson(attempt));
-    }
-    session.PrintJson(json);
-    return kExitOk;
+    return session.PrintJson({{"job_id", reply.job().job_id()},
+                              {"kind", reply.job().kind()},
+                              {"state", LowerName(reply.job().state())},
+                              {"variant", reply.job().variant()},
+                              {"label", reply.job().label()},
+                              {"attempts", JsonList(reply.attempts(), AttemptJson)}});
   }
   *session.out().stream << JobName(reply.job()) << " is " << LowerName(reply.job().state()) << "; "
                         << (reply.attempts().empty() ? "no attempt yet"

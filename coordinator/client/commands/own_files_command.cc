@@ -157,14 +157,14 @@ absl::StatusOr<ExitCode> ShowBiome(const FileOptions& options, Session& session)
   out << file << ": " << session.out().Paint(Tone::kGood, "ok") << ", land " << biome.name()
       << " on the landform " << biome.landform() << ", traced for "
       << (biome.has_trace_times() ? biome.trace_times() : 1) << " times as long as rooms\n";
-  Table ground({{"ground"}, {"where"}, {"when"}});
+  Table ground({"ground", "where", "when"});
   for (const v1::BiomeGround& rule : biome.ground()) {
     v1::BiomeLayer conditions;
     *conditions.mutable_when() = rule.when();
     ground.AddRow({rule.material(), PartsOf(rule.where()), ConditionsOf(conditions)});
   }
   ground.Print(session.out(), 2);
-  Table layers({{"layer"}, {"class"}, {"a m2", Align::kRight}, {"where"}, {"when"}});
+  Table layers({"layer", "class", Right("a m2"), "where", "when"});
   for (const v1::BiomeLayer& layer : biome.layers()) {
     const bool trees = !layer.has_class_();
     const std::string kind = layer.has_trees() ? layer.trees() : "young " + layer.saplings();
@@ -191,13 +191,13 @@ absl::StatusOr<ExitCode> ShowRoom(const FileOptions& options, Session& session) 
                         << ", kind " << kind.name() << ", built like a "
                         << (kind.has_like() ? kind.like() : "living_room") << ", "
                         << Plural(kind.wishes_size(), "wish", "wishes") << "\n";
-  Table furniture({{"group"}, {"number"}, {"stands"}, {"of"}});
+  Table furniture({"group", "number", "stands", "of"});
   for (const v1::RoomFurniture& row : kind.furniture()) {
     furniture.AddRow({row.group(), CountText(row.has_count(), row.count(), 1),
                       row.has_stand() ? row.stand() : "against_wall", row.anchor()});
   }
   furniture.Print(session.out(), 2);
-  Table things({{"bearer"}, {"number"}, {"spread"}, {"classes", Align::kRight}});
+  Table things({"bearer", "number", "spread", Right("classes")});
   for (const v1::RoomThings& row : kind.things()) {
     things.AddRow({row.bearer(), CountText(row.has_count(), row.count(), 3),
                    row.has_spread() ? row.spread() : "scatter",
@@ -225,7 +225,7 @@ void RegisterOwnFiles(Registry& registry, CLI::App& config) {
         ->add_option("FILE", options->file,
                      std::string("The file of ") + what + ", or the name of a built-in one")
         ->required();
-    command->add_option("-o,--out", options->out, "The folder for the views")->type_name("DIR");
+    AddOption(command, "-o,--out", "DIR", options->out, "The folder for the views");
     command->add_option("--seed", options->seed, "The scene's seed")->capture_default_str();
     registry.AddJsonOption(command);
     return std::pair(command, options);
@@ -244,11 +244,10 @@ void RegisterOwnFiles(Registry& registry, CLI::App& config) {
           "  parallax config room workshop.yaml\n"
           "  parallax config room workshop.yaml --out out/workshop --size-m 9 6 3.5\n"
           "  parallax config room office --out out/office --seed 7\n");
-  room->add_option("--size-m", kind->size_m,
-                   "Width, depth and height (default: random, as in built-in rooms)")
+  AddOption(room, "--size-m", "METRES", kind->size_m,
+            "Width, depth and height (default: random, as in built-in rooms)")
       ->expected(3)
-      ->check(CLI::Range(2.1, 12.0))
-      ->type_name("METRES");
+      ->check(CLI::Range(2.1, 12.0));
   registry.SetAction(room,
                      [options = kind](Session& session) { return ShowRoom(*options, session); });
 }

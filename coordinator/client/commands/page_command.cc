@@ -87,11 +87,8 @@ void RegisterPage(Registry& registry) {
   command->group(kCoordinatorCommands);
   registry.AddConnectionOptions(command);
   auto told = std::make_shared<std::string>();
-  command
-      ->add_option(
-          "--http", *told,
-          "Address in the link, where you reach the page otherwise (a tunnel, another name)")
-      ->type_name("HOST:PORT");
+  AddOption(command, "--http", "HOST:PORT", *told,
+            "Address in the link, where you reach the page otherwise (a tunnel, another name)");
   registry.SetAction(command, [told](Session& session) { return Page(*told, session); });
 }
 

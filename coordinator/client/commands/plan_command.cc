@@ -20,6 +20,7 @@
 #include "coordinator/client/views/text_table.h"
 #include "coordinator/stream/stream_order.h"
 #include "coordinator/study/expansion.h"
+#include "coordinator/view/json_list.h"
 
 namespace parallax::client {
 namespace {
@@ -71,8 +72,7 @@ Json PowerJson(const BenchmarkPower& power, int seeds) {
 }
 
 Json PlanJson(const v1::StudySpec& study, const StudyPlan& plan, const Power& power, int cores) {
-  Json json = {{"name", study.name()}, {"variants", Json::array()}};
-  for (const PlanRow& row : plan.rows) json["variants"].push_back(RowJson(row));
+  Json json = {{"name", study.name()}, {"variants", JsonList(plan.rows, RowJson)}};
   json["total"] = RowJson(plan.total);
   json["total"].erase("name");
   json["solves"] = plan.solves;
@@ -89,10 +89,9 @@ Json PlanJson(const v1::StudySpec& study, const StudyPlan& plan, const Power& po
   json["core_hours"] = (plan.total.solve_core_s + plan.total.render_core_s + training.train_core_s +
                         training.evaluate_core_s) /
                        3600;
-  json["power"] = Json::array();
-  for (const BenchmarkPower& one : power.planned) {
-    json["power"].push_back(PowerJson(one, study.train().seeds()));
-  }
+  json["power"] = JsonList(power.planned, [&](const BenchmarkPower& one) {
+    return PowerJson(one, study.train().seeds());
+  });
   json["cores"] = cores;
   json["wall_clock_s"] = WallClockS(plan, cores);
   json["disk_bytes"] = plan.total.disk_bytes;
@@ -151,14 +150,8 @@ void PrintPlan(const v1::StudySpec& study, const StudyPlan& plan, const Power& p
                const Session& session) {
   const Terminal& out = session.out();
   *out.stream << out.Paint(Tone::kBold, study.name()) << ": " << DescribeSize(study) << "\n";
-  Table table({{"variant"},
-               {"pairs", Align::kRight},
-               {"scenes", Align::kRight},
-               {"jobs", Align::kRight},
-               {"rooms shared", Align::kRight},
-               {"pairs shared", Align::kRight},
-               {"core-hours", Align::kRight},
-               {"disk", Align::kRight}});
+  Table table({"variant", Right("pairs"), Right("scenes"), Right("jobs"), Right("rooms shared"),
+               Right("pairs shared"), Right("core-hours"), Right("disk")});
   const auto add = [&](const PlanRow& row) {
     table.AddRow({row.name, FormatCount(row.pairs), FormatCount(row.scenes),
                   FormatCount(row.solve_jobs + row.render_jobs), FormatCount(row.layouts_shared),
@@ -253,14 +246,13 @@ absl::StatusOr<ExitCode> PlanSearch(const v1::StudySpec& study, const PlanOption
   const std::vector<std::string> missing =
       WhatIsMissing(study, options.study.study, options.machine);
   if (session.options.json) {
-    session.PrintJson({{"name", study.name()},
-                       {"search", SearchCostsJson(costs)},
-                       {"core_hours", costs.total.core_hours()},
-                       {"power", SearchPowersJson(powers)},
-                       {"cores", options.cores},
-                       {"costs", {{"factor", factor}}},
-                       {"missing", missing}});
-    return kExitOk;
+    return session.PrintJson({{"name", study.name()},
+                              {"search", SearchCostsJson(costs)},
+                              {"core_hours", costs.total.core_hours()},
+                              {"power", SearchPowersJson(powers)},
+                              {"cores", options.cores},
+                              {"costs", {{"factor", factor}}},
+                              {"missing", missing}});
   }
   PrintSearchCosts(study, costs, session.out());
   PrintSearchPowers(study, powers, session.out());
@@ -345,14 +337,11 @@ void RegisterPlan(Registry& registry) {
       "  parallax plan table1 --pairs 8 --width 320 --height 180 --json\n"
       "  parallax plan table1 --cores 640             on a farm\n"
       "  parallax plan table1 --from out/quickstart   costs as measured on this machine\n");
-  command->group(kLocalCommands);
   auto options = std::make_shared<PlanOptions>();
   options->study.takes_endless = options->study.takes_search = true;
   AddStudyOptions(*command, options->study);
-  command
-      ->add_option("--from", options->from,
-                   "Take costs and variances from the pairs and scores of this dataset")
-      ->type_name("DIR");
+  AddOption(command, "--from", "DIR", options->from,
+            "Take costs and variances from the pairs and scores of this dataset");
   command
       ->add_option("--cores", options->cores,
                    "Number of cores for the estimate of the time (default: this machine's)")

@@ -1,6 +1,4 @@
 // predict: the disparities of one pair.
-#include <unistd.h>
-
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -67,12 +65,11 @@ absl::StatusOr<ExitCode> Predict(const PredictOptions& options, Session& session
     RETURN_IF_ERROR(WritePng(options.picture, ColorPrediction(disparity_px, full_scale_px), 3));
   }
   if (session.options.json) {
-    session.PrintJson({{"out", options.out},
-                       {"picture", options.picture},
-                       {"width_px", disparity_px.width()},
-                       {"height_px", disparity_px.height()},
-                       {"disparity_98_percent_px", full_scale_px}});
-    return kExitOk;
+    return session.PrintJson({{"out", options.out},
+                              {"picture", options.picture},
+                              {"width_px", disparity_px.width()},
+                              {"height_px", disparity_px.height()},
+                              {"disparity_98_percent_px", full_scale_px}});
   }
   *session.out().stream << options.out << "\n";
   if (!options.picture.empty()) *session.out().stream << options.picture << "\n";
@@ -96,23 +93,18 @@ void RegisterPredict(Registry& registry) {
       "  parallax predict left.png right.png --out disparity.pfm\n"
       "  parallax predict default-1.pt left.png right.png --out disparity.pfm\n"
       "  parallax predict sgbm left.png right.png --out disparity.png --picture colours.png\n");
-  command->group(kLocalCommands);
   auto options = std::make_shared<PredictOptions>();
   command
       ->add_option("[PREDICTOR] LEFT RIGHT", options->words,
                    "A checkpoint, sgbm or network (default); the left picture; the right picture")
       ->required()
       ->expected(2, 3);
-  command->add_option("-o,--out", options->out, "The disparities: .pfm or .png")
-      ->type_name("FILE")
-      ->required();
-  command->add_option("--picture", options->picture, "The disparities in colours, for people")
-      ->type_name("PNG");
-  command
-      ->add_option("--trainer-program", options->predictor.trainer_program,
-                   "Predicts from a checkpoint (default: `trainer` beside this program, or "
-                   "$PARALLAX_TRAINER)")
-      ->type_name("FILE");
+  AddOption(command, "-o,--out", "FILE", options->out, "The disparities: .pfm or .png")->required();
+  AddOption(command, "--picture", "PNG", options->picture,
+            "The disparities in colours, for people");
+  AddOption(command, "--trainer-program", "FILE", options->predictor.trainer_program,
+            "Predicts from a checkpoint (default: `trainer` beside this program, or "
+            "$PARALLAX_TRAINER)");
   command->add_option("--pair-s", options->predictor.pair_s, "Time limit in seconds (default 120)")
       ->check(CLI::Range(0.1, 1e6));
   registry.AddJsonOption(command);

@@ -1,7 +1,6 @@
 // preview: a small pair of each variant of a study, before anything is paid for.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -19,6 +18,7 @@
 #include "coordinator/client/preview/watch_loop.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
+#include "coordinator/view/json_list.h"
 
 namespace parallax::client {
 namespace {
@@ -166,14 +166,8 @@ class PreviewRun {
   void Print(const Preview& preview, double seconds) {
     if (session_.options.json) return PrintAsJson(preview, seconds);
     const Terminal& out = session_.out();
-    Table table({{"variant"},
-                 {"disparity px", Align::kRight},
-                 {"mean", Align::kRight},
-                 {"median", Align::kRight},
-                 {"below 1 px", Align::kRight},
-                 {"beyond 192 px", Align::kRight},
-                 {"no surface", Align::kRight},
-                 {""}});
+    Table table({"variant", Right("disparity px"), Right("mean"), Right("median"),
+                 Right("below 1 px"), Right("beyond 192 px"), Right("no surface"), ""});
     for (const PreviewRow& row : preview.rows) {
       if (!row.pair) {
         table.AddRow({row.name, "-", "-", "-", "-", "-", "-", row.note});
@@ -203,17 +197,16 @@ class PreviewRun {
 
   void PrintAsJson(const Preview& preview, double seconds) {
     const DisparityScale scale = ScaleOf(preview.rows);
-    Json json = {{"file", options_.preview.file},
-                 {"name", preview.name},
-                 {"seed", preview.seed},
-                 {"sheet", options_.out},
-                 {"page", page_ ? Json(page_->link()) : Json()},
-                 {"seconds", seconds},
-                 {"scale_px", {scale.low_px, scale.high_px}},
-                 {"variants", Json::array()},
-                 {"left_out", preview.left_out}};
-    for (const PreviewRow& row : preview.rows) json["variants"].push_back(VariantJson(row));
-    session_.PrintJson(json, /*one_line=*/options_.watch);
+    session_.PrintJson({{"file", options_.preview.file},
+                        {"name", preview.name},
+                        {"seed", preview.seed},
+                        {"sheet", options_.out},
+                        {"page", page_ ? Json(page_->link()) : Json()},
+                        {"seconds", seconds},
+                        {"scale_px", {scale.low_px, scale.high_px}},
+                        {"variants", JsonList(preview.rows, VariantJson)},
+                        {"left_out", preview.left_out}},
+                       /*one_line=*/options_.watch);
   }
 
   // A line now and then while the user waits for long.
@@ -282,21 +275,16 @@ void RegisterPreview(Registry& registry) {
       "  parallax preview table1-small --variants default,baseline-wide --out wide.png\n"
       "  parallax preview my-study.yaml --watch     the sheet follows each save of the file\n"
       "  parallax preview my-study.yaml --page      so does a page in the browser\n");
-  command->group(kLocalCommands);
   auto options = std::make_shared<PreviewCommandOptions>();
   command
       ->add_option("FILE", options->preview.file,
                    "Study or scene file, or the name of a built-in one")
       ->required();
-  command
-      ->add_option("-o,--out", options->out,
-                   "The sheet (default: FILE's name with -preview.png, in this folder)")
-      ->type_name("PNG");
-  command
-      ->add_option("--variants", options->preview.variants,
-                   "Variants to show, with commas between them (default: the first 8)")
-      ->delimiter(',')
-      ->type_name("NAMES");
+  AddOption(command, "-o,--out", "PNG", options->out,
+            "The sheet (default: FILE's name with -preview.png, in this folder)");
+  AddOption(command, "--variants", "NAMES", options->preview.variants,
+            "Variants to show, with commas between them (default: the first 8)")
+      ->delimiter(',');
   command->add_option("--seed", options->preview.seed, "Another seed: other scenes")
       ->check(WhyNotSeed);
   command->add_flag("--watch", options->watch,
@@ -304,10 +292,8 @@ void RegisterPreview(Registry& registry) {
                     "ends it");
   command->add_flag("--page", options->page,
                     "Show it in the browser, too: prints a link; with --watch");
-  command
-      ->add_option("--page-listen", options->page_listen,
-                   "Address of the page (default 127.0.0.1 and any free port)")
-      ->type_name("HOST:PORT");
+  AddOption(command, "--page-listen", "HOST:PORT", options->page_listen,
+            "Address of the page (default 127.0.0.1 and any free port)");
   AddFollowLinksOption(*command);
   registry.AddJsonOption(command);
   registry.SetAction(command,

@@ -152,17 +152,13 @@ void RegisterRun(Registry& registry) {
       "  parallax run table1-small --out out/table1 --page\n"
       "  parallax run my.yaml --out out/my --store ~/pairs    shared with other datasets\n"
       "  parallax run my.yaml --out /data/my --width 640 --height 480 --json > report.json\n");
-  command->group(kLocalCommands);
   auto options = std::make_shared<RunOptions>();
   AddStudyOptions(*command, options->study);
-  command->add_option("-o,--out", options->out, "The dataset folder")->type_name("DIR")->required();
-  command
-      ->add_option(
-          "--store", options->store,
-          "Folder that datasets share, so that one uses the pairs of the others (default:\n"
-          "where the dataset began, else $PARALLAX_STORE, else parallax/store in\n"
-          "$XDG_CACHE_HOME or ~/.cache if you made that folder, else in DIR/.parallax)")
-      ->type_name("DIR");
+  AddOption(command, "-o,--out", "DIR", options->out, "The dataset folder")->required();
+  AddOption(command, "--store", "DIR", options->store,
+            "Folder that datasets share, so that one uses the pairs of the others (default:\n"
+            "where the dataset began, else $PARALLAX_STORE, else parallax/store in\n"
+            "$XDG_CACHE_HOME or ~/.cache if you made that folder, else in DIR/.parallax)");
   command
       ->add_option("--workers", options->workers,
                    "Worker processes (default: 2, more on large machines); each uses all cores")
@@ -170,10 +166,8 @@ void RegisterRun(Registry& registry) {
   AddMachineOptions(*command, options->machine);
   command->add_flag("--page", options->page,
                     "Serve the web page during the run; prints a link that works once");
-  command
-      ->add_option("--page-listen", options->page_listen,
-                   "Address of the page (default 127.0.0.1 and any free port)")
-      ->type_name("HOST:PORT");
+  AddOption(command, "--page-listen", "HOST:PORT", options->page_listen,
+            "Address of the page (default 127.0.0.1 and any free port)");
   command->add_flag("-y,--yes", options->yes,
                     "Do not ask about foreign files in DIR or little disk space");
   registry.AddJsonOption(command);

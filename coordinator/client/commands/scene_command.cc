@@ -67,14 +67,13 @@ absl::StatusOr<ExitCode> Export(const SceneOptions& options, Session& session) {
   std::error_code error;
   const auto bytes = static_cast<double>(std::filesystem::file_size(options.out, error));
   if (session.options.json) {
-    session.PrintJson({{"file", options.out},
-                       {"bytes", bytes},
-                       {"objects", scene.objects_size()},
-                       {"instances", contents.instances},
-                       {"prototypes", contents.prototypes},
-                       {"triangles", contents.triangles},
-                       {"cameras", 2 * scene.rigs_size()}});
-    return kExitOk;
+    return session.PrintJson({{"file", options.out},
+                              {"bytes", bytes},
+                              {"objects", scene.objects_size()},
+                              {"instances", contents.instances},
+                              {"prototypes", contents.prototypes},
+                              {"triangles", contents.triangles},
+                              {"cameras", 2 * scene.rigs_size()}});
   }
   *session.out().stream << options.out << "\n" << std::flush;
   std::ostream& err = *session.err().stream;
@@ -118,7 +117,6 @@ void RegisterScene(Registry& registry) {
   CLI::App* scene =
       registry.AddCommand(registry.app, "scene", "Show a scene's recipe, or export it as glTF");
   scene->require_subcommand(1);
-  scene->group(kLocalCommands);
 
   auto show_options = std::make_shared<SceneOptions>();
   CLI::App* show =
@@ -141,7 +139,7 @@ void RegisterScene(Registry& registry) {
                           "  parallax scene export out/quickstart indoor 0 --out room.glb\n"
                           "  parallax scene export baseline narrow 12 --out room.glb\n");
   AddSource(gltf, *export_options);
-  gltf->add_option("-o,--out", export_options->out, "The .glb file")->type_name("GLB")->required();
+  AddOption(gltf, "-o,--out", "GLB", export_options->out, "The .glb file")->required();
   registry.AddConnectionOptions(gltf);
   registry.SetAction(
       gltf, [export_options](Session& session) { return Export(*export_options, session); });

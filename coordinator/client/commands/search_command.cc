@@ -1,13 +1,10 @@
 // search: looks for the settings of a generator whose pairs train best.
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "common/base/names.h"
-#include "common/base/system/file.h"
 #include "common/config/config.h"
 #include "common/store/store.h"
 #include "coordinator/client/command.h"
@@ -19,7 +16,7 @@
 #include "coordinator/client/search/search_names.h"
 #include "coordinator/client/search/search_picture.h"
 #include "coordinator/client/search/search_view.h"
-#include "coordinator/client/views/text.h"
+#include "coordinator/view/json_list.h"
 #include "coordinator/view/search_json.h"
 
 namespace parallax::client {
@@ -159,12 +156,7 @@ absl::StatusOr<ExitCode> ListAll(const SearchOptions& options, Connection& conne
     PrintSearches(reply, session.out());
     return kExitOk;
   }
-  nlohmann::ordered_json json = {{"searches", nlohmann::ordered_json::array()}};
-  for (const v1::SearchStatus& search : reply.searches()) {
-    json["searches"].push_back(SearchJson(search));
-  }
-  session.PrintJson(json);
-  return kExitOk;
+  return session.PrintJson({{"searches", JsonList(reply.searches(), SearchJson)}});
 }
 
 absl::StatusOr<ExitCode> Search(const SearchOptions& options, Session& session) {
@@ -224,12 +216,9 @@ void RegisterSearch(Registry& registry) {
   command->add_option("STUDY", options->study.study,
                       "A file, a built-in study's name, or the name of a search");
   command->add_flag("--watch", options->watch, "Follow it until it ends; Ctrl-C ends watching");
-  command->add_option("--best", options->best, "Write the best recipe as a study file")
-      ->type_name("FILE");
-  command
-      ->add_option("--picture", options->picture,
-                   "Draw errors by trial and by core-hours, and the trials' values (.svg)")
-      ->type_name("FILE");
+  AddOption(command, "--best", "FILE", options->best, "Write the best recipe as a study file");
+  AddOption(command, "--picture", "FILE", options->picture,
+            "Draw errors by trial and by core-hours, and the trials' values (.svg)");
   CLI::Option* stop = command->add_flag("--stop", options->stop,
                                         "Stop the search: cancel its jobs; its file resumes it");
   CLI::Option* forget = command->add_flag(

@@ -3,6 +3,7 @@
 
 #include "coordinator/client/command.h"
 #include "coordinator/client/views/study_view.h"
+#include "coordinator/view/json_list.h"
 
 namespace parallax::client {
 namespace {
@@ -19,10 +20,7 @@ absl::StatusOr<ExitCode> List(const StatusOptions& options, Session& session) {
     PrintStudyList(session.out(), list);
     return kExitOk;
   }
-  nlohmann::ordered_json json = {{"studies", nlohmann::ordered_json::array()}};
-  for (const v1::StudyStatus& study : list.studies()) json["studies"].push_back(StudyJson(study));
-  session.PrintJson(json);
-  return kExitOk;
+  return session.PrintJson({{"studies", JsonList(list.studies(), StudyJson)}});
 }
 
 absl::StatusOr<ExitCode> Show(const StatusOptions& options, Session& session) {

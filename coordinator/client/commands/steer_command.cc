@@ -29,10 +29,7 @@ absl::StatusOr<ExitCode> Steer(const SteerOptions& options, Order order, Session
   }
   ASSIGN_OR_RETURN(const v1::StudyStatus after,
                    ((*connection).*order)(before.study_id(), options.reason));
-  if (session.options.json) {
-    session.PrintJson(StudyJson(after));
-    return kExitOk;
-  }
+  if (session.options.json) return session.PrintJson(StudyJson(after));
   const PairCounts counts = CountsOf(after);
   *session.out().stream << "study " << after.study_id() << " (" << after.name() << ") "
                         << (before.state() == after.state() ? "was and is " : "is now ")
@@ -118,11 +115,10 @@ absl::StatusOr<ExitCode> Forget(const SteerOptions& options, Session& session) {
       options.yes));
   ASSIGN_OR_RETURN(const v1::ForgetReply had, connection->Forget(study.study_id(), options.reason));
   if (session.options.json) {
-    session.PrintJson({{"study_id", study.study_id()},
-                       {"jobs", had.jobs()},
-                       {"pairs", had.pairs()},
-                       {"results", had.results()}});
-    return kExitOk;
+    return session.PrintJson({{"study_id", study.study_id()},
+                              {"jobs", had.jobs()},
+                              {"pairs", had.pairs()},
+                              {"results", had.results()}});
   }
   *session.out().stream << name << " is forgotten: it had " << Having(had)
                         << "; the files that no other study uses are removed in the background\n";
@@ -137,8 +133,8 @@ CLI::App* Add(Registry& registry, const std::shared_ptr<SteerOptions>& options,
       examples.empty() ? "Example:\n  parallax " + name + " baseline\n" : examples);
   command->add_option("STUDY", options->study, "Id, or name (the newest of that name)")->required();
   if (with_reason) {
-    command->add_option("--reason", options->reason, "Kept in the coordinator's audit trail")
-        ->type_name("TEXT");
+    AddOption(command, "--reason", "TEXT", options->reason,
+              "Kept in the coordinator's audit trail");
   }
   command->group(kCoordinatorCommands);
   registry.AddConnectionOptions(command);
@@ -174,9 +170,8 @@ void RegisterSteer(Registry& registry) {
           "Examples:\n"
           "  parallax retry baseline\n"
           "  parallax retry baseline --job 4711 --reason 'new driver'\n");
-  command->add_option("--job", options->job, "Try only this job again (`parallax jobs STUDY`)")
-      ->check(CLI::Range(int64_t{1}, INT64_MAX))
-      ->type_name("ID");
+  AddOption(command, "--job", "ID", options->job, "Try only this job again (`parallax jobs STUDY`)")
+      ->check(CLI::Range(int64_t{1}, INT64_MAX));
   registry.SetAction(command, [options](Session& session) { return Retry(*options, session); });
 
   auto priority = std::make_shared<SteerOptions>();

@@ -10,7 +10,6 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/names.h"
-#include "common/base/system/file.h"
 #include "common/config/config.h"
 #include "common/store/store.h"
 #include "coordinator/client/command.h"
@@ -20,9 +19,9 @@
 #include "coordinator/client/interrupt.h"
 #include "coordinator/client/runs/local_farm.h"
 #include "coordinator/client/runs/store_reader.h"
-#include "coordinator/client/views/study_view.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
+#include "coordinator/view/json_list.h"
 #include "coordinator/view/status_view.h"
 #include "worker/dataset/export/stream_sample.h"
 
@@ -45,24 +44,16 @@ struct StreamOptions {
 };
 
 nlohmann::ordered_json StreamsJson(const v1::ListStreamsReply& reply) {
-  nlohmann::ordered_json json = {{"streams", nlohmann::ordered_json::array()}};
-  for (const v1::StreamStatus& stream : reply.streams()) {
-    json["streams"].push_back(StreamJson(stream));
-  }
-  return json;
+  return {{"streams", JsonList(reply.streams(), StreamJson)}};
 }
 
-void PrintStreams(const v1::ListStreamsReply& reply, const Session& session) {
+ExitCode PrintStreams(const v1::ListStreamsReply& reply, const Session& session) {
   if (session.options.json) return session.PrintJson(StreamsJson(reply));
   if (reply.streams().empty()) {
     *session.out().stream << "no stream is open; `parallax stream FILE` begins one\n";
-    return;
+    return kExitOk;
   }
-  Table table({{"STREAM"},
-               {"CHUNKS MADE", Align::kRight},
-               {"BEGUN", Align::kRight},
-               {"PAIRS KEPT", Align::kRight},
-               {"CONSUMERS"}});
+  Table table({"STREAM", Right("CHUNKS MADE"), Right("BEGUN"), Right("PAIRS KEPT"), "CONSUMERS"});
   for (const v1::StreamStatus& stream : reply.streams()) {
     std::string consumers;
     for (const v1::StreamConsumer& consumer : stream.consumers()) {
@@ -80,6 +71,7 @@ void PrintStreams(const v1::ListStreamsReply& reply, const Session& session) {
   for (const v1::StreamStatus& stream : reply.streams()) {
     if (!stream.needs().empty()) session.PrintNote(stream.name() + ": " + stream.needs());
   }
+  return kExitOk;
 }
 
 // Writes all bytes to standard output. Returns false when its reader is gone.
@@ -221,8 +213,7 @@ absl::StatusOr<ExitCode> StreamOfCoordinator(StreamOptions& options, Session& se
                              options.close ? "--close" : "--tar");
     }
     ASSIGN_OR_RETURN(const v1::ListStreamsReply reply, connection->ListStreams(""));
-    PrintStreams(reply, session);
-    return kExitOk;
+    return PrintStreams(reply, session);
   }
   std::string name = options.study.study;
   v1::ListStreamsReply reply;
@@ -255,8 +246,7 @@ absl::StatusOr<ExitCode> StreamOfCoordinator(StreamOptions& options, Session& se
     const InterruptScope interrupt;
     return WriteTar(name, options, *connection, interrupt, nullptr, session);
   }
-  PrintStreams(reply, session);
-  return kExitOk;
+  return PrintStreams(reply, session);
 }
 
 absl::StatusOr<ExitCode> Stream(StreamOptions& options, Session& session) {
@@ -291,10 +281,8 @@ void RegisterStream(Registry& registry) {
       "STUDY", options->study.study, "A file, a built-in study's name, or the name of a stream");
   command->add_flag("--tar", options->tar,
                     "Write pairs to standard output as one endless tar file (WebDataset)");
-  command
-      ->add_option("--consumer", options->consumer,
-                   "With --tar: name of the reader; a reader of this name resumes at its position")
-      ->type_name("NAME")
+  AddOption(command, "--consumer", "NAME", options->consumer,
+            "With --tar: name of the reader; a reader of this name resumes at its position")
       ->capture_default_str();
   command->add_option("--rank", options->rank, "With --tar: this reader's part, from 0")
       ->check(CLI::Range(0, 65535));
@@ -312,11 +300,9 @@ void RegisterStream(Registry& registry) {
                        "Ctrl-C, or until the reader of --tar ends")
           ->check(CLI::Range(1, 256));
   workers->needs(study)->excludes(close);
-  command
-      ->add_option("-o,--out", options->out,
-                   "With --workers: folder of database and pairs, to go on from (default: the "
-                   "study's name and -stream, in this folder)")
-      ->type_name("DIR")
+  AddOption(command, "-o,--out", "DIR", options->out,
+            "With --workers: folder of database and pairs, to go on from (default: the "
+            "study's name and -stream, in this folder)")
       ->needs(workers);
   command->add_option("--pid", options->pid, "With --workers: end when this process ends, too")
       ->check(CLI::Range(1, std::numeric_limits<int>::max()))

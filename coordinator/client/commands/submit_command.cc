@@ -38,16 +38,15 @@ absl::StatusOr<ExitCode> Submit(const SubmitOptions& options, Session& session) 
   }
   const int64_t pairs = TotalPairsOf(study);
   if (session.options.json) {
-    session.PrintJson({{"study_id", reply.study_id()},
-                       {"name", study.name()},
-                       {"existed", reply.existed()},
-                       {"state", state},
-                       {"variants", study.variants_size()},
-                       {"content_files", shipped.files},
-                       {"content_bytes", shipped.bytes},
-                       {"pairs_wanted", pairs},
-                       {"unservable", WaitingJson(reply.unservable())}});
-    return kExitOk;
+    return session.PrintJson({{"study_id", reply.study_id()},
+                              {"name", study.name()},
+                              {"existed", reply.existed()},
+                              {"state", state},
+                              {"variants", study.variants_size()},
+                              {"content_files", shipped.files},
+                              {"content_bytes", shipped.bytes},
+                              {"pairs_wanted", pairs},
+                              {"unservable", WaitingJson(reply.unservable())}});
   }
   if (shipped.files > 0) {
     session.PrintNote("own content: " + Plural(shipped.folders, "folder") + ", " +
@@ -88,16 +87,13 @@ void RegisterSubmit(Registry& registry) {
       "  id=$(parallax submit my.yaml --priority 10) && parallax watch \"$id\"\n");
   auto options = std::make_shared<SubmitOptions>();
   AddStudyOptions(*command, options->study);
-  command->add_option("--name", options->study.name, "Another name for the study")
-      ->type_name("NAME");
+  AddOption(command, "--name", "NAME", options->study.name, "Another name for the study");
   command->add_option("--priority", options->study.priority,
                       "Priority of its jobs; higher ones start first (default: the study's)");
-  command
-      ->add_option("--max-running", options->max_running,
-                   "Limit of its running jobs; `parallax limits` changes it later\n"
-                   "(default 0: as many as there are workers)")
-      ->check(CLI::Range(0, kMostRunning))
-      ->type_name("N");
+  AddOption(command, "--max-running", "N", options->max_running,
+            "Limit of its running jobs; `parallax limits` changes it later\n"
+            "(default 0: as many as there are workers)")
+      ->check(CLI::Range(0, kMostRunning));
   command->add_flag("--again", options->again,
                     "Submit although the same study was submitted before");
   command->add_flag("--no-content", options->no_content,

@@ -131,7 +131,6 @@ void RegisterTable(Registry& registry) {
       "  parallax table scores --baseline default --format markdown --out table.md\n"
       "  parallax table scores --json | jq '.comparisons[] | {variant, benchmark, verdict}'\n"
       "  parallax table scores --pictures out/errors     errors by class and material\n");
-  command->group(kLocalCommands);
   auto options = std::make_shared<TableCommandOptions>();
   command
       ->add_option(
@@ -139,35 +138,26 @@ void RegisterTable(Registry& registry) {
           "A folder with score files, in it or below; or a study of the coordinator, by id "
           "or name")
       ->required();
-  command
-      ->add_option("-f,--format", options->format, "text (default), markdown, latex, csv or json")
-      ->type_name("FORMAT")
+  AddOption(command, "-f,--format", "FORMAT", options->format,
+            "text (default), markdown, latex, csv or json")
       ->check(CLI::IsMember(TableFormats()));
-  command
-      ->add_option("--baseline", options->table.baseline,
-                   "The variant that all are compared with (default: `default`, `baseline`, or the "
-                   "first)")
-      ->type_name("VARIANT");
-  command
-      ->add_option("--order", options->table.variant_order,
-                   "Variants in the order of the rows; others follow by name")
-      ->delimiter(',')
-      ->type_name("VARIANTS");
-  command
-      ->add_option("--decides", options->decides,
-                   "The figure whose differences are called better or worse: shown, or log, the "
-                   "mean logarithm of the error (default: as `evaluate.decides` of the study, else "
-                   "shown)")
-      ->type_name("FIGURE")
+  AddOption(command, "--baseline", "VARIANT", options->table.baseline,
+            "The variant that all are compared with (default: `default`, `baseline`, or the "
+            "first)");
+  AddOption(command, "--order", "VARIANTS", options->table.variant_order,
+            "Variants in the order of the rows; others follow by name")
+      ->delimiter(',');
+  AddOption(command, "--decides", "FIGURE", options->decides,
+            "The figure whose differences are called better or worse: shown, or log, the "
+            "mean logarithm of the error (default: as `evaluate.decides` of the study, else "
+            "shown)")
       ->check(CLI::IsMember({"shown", "log"}));
   command->add_flag("--weigh-groups", options->table.weigh_groups,
                     "Let each set of pairs (mb2006_..., or `group:` in a list) count alike in the "
                     "mean, instead of each pair, as `evaluate.weigh_groups` of a study");
-  command->add_option("-o,--out", options->out, "Write it to this file")->type_name("FILE");
-  command
-      ->add_option("--pictures", options->pictures,
-                   "Also write errors by class and material, as PNG and CSV, into this folder")
-      ->type_name("DIR2");
+  AddOption(command, "-o,--out", "FILE", options->out, "Write it to this file");
+  AddOption(command, "--pictures", "DIR2", options->pictures,
+            "Also write errors by class and material, as PNG and CSV, into this folder");
   registry.AddConnectionOptions(command);
   registry.SetAction(command,
                      [options](Session& session) { return MakeTables(*options, session); });

@@ -1,7 +1,5 @@
 // view: what is in a dataset, as a picture.
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -33,12 +31,11 @@ absl::StatusOr<ExitCode> ViewVariants(const ViewOptions& options, Session& sessi
   if (options.rows > 0) sheet.max_pairs = options.rows;
   ASSIGN_OR_RETURN(const VariantSheetResult result, MakeVariantSheet(options.dir, out, sheet));
   if (session.options.json) {
-    session.PrintJson({{"variant_sheet", result.sheet_png},
-                       {"variants", result.variants},
-                       {"pairs", result.pairs},
-                       {"pairs_common", result.pairs_common},
-                       {"full_scale_px", result.full_scale_px}});
-    return kExitOk;
+    return session.PrintJson({{"variant_sheet", result.sheet_png},
+                              {"variants", result.variants},
+                              {"pairs", result.pairs},
+                              {"pairs_common", result.pairs_common},
+                              {"full_scale_px", result.full_scale_px}});
   }
   *session.out().stream << result.sheet_png << "\n";
   *session.err().stream << FormatCount(result.pairs) << " of "
@@ -89,12 +86,11 @@ absl::StatusOr<ExitCode> View(const ViewOptions& options, Session& session) {
   if (options.rows > 0) sheet.max_frames = options.rows;
   ASSIGN_OR_RETURN(const ContactSheetResult result, MakeContactSheet(options.dir, out, sheet));
   if (session.options.json) {
-    session.PrintJson({{"contact_sheet", result.sheet_png},
-                       {"histograms", result.histogram_png},
-                       {"rows", result.frames},
-                       {"frames_found", result.frames_found},
-                       {"warp_median_difference", result.warp_median_difference}});
-    return kExitOk;
+    return session.PrintJson({{"contact_sheet", result.sheet_png},
+                              {"histograms", result.histogram_png},
+                              {"rows", result.frames},
+                              {"frames_found", result.frames_found},
+                              {"warp_median_difference", result.warp_median_difference}});
   }
   std::ostream& out_stream = *session.out().stream;
   out_stream << result.sheet_png << "\n" << result.histogram_png << "\n";
@@ -122,11 +118,10 @@ void RegisterView(Registry& registry) {
       "  parallax view out/baseline/narrow --rows 20 --out narrow.png\n"
       "  parallax view out/table1 --variants       the same pair of each variant side by side\n"
       "  parallax view out/table1 --page           in the browser: pairs, jobs, logs, results\n");
-  command->group(kLocalCommands);
   auto options = std::make_shared<ViewOptions>();
   command->add_option("DIR", options->dir, "A dataset, or a part of one")->required();
-  command->add_option("-o,--out", options->out, "The picture (default: DIR/contact_sheet.png)")
-      ->type_name("PNG");
+  AddOption(command, "-o,--out", "PNG", options->out,
+            "The picture (default: DIR/contact_sheet.png)");
   command
       ->add_option("--rows", options->rows,
                    "Pairs shown, spread evenly (default 8, with --variants 3)")
@@ -137,10 +132,8 @@ void RegisterView(Registry& registry) {
       "--page", options->page,
       "Serve the web page over a folder of `run`, finished or running; writes nothing "
       "there");
-  command
-      ->add_option("--page-listen", options->page_listen,
-                   "Address of the page (default 127.0.0.1 and any free port)")
-      ->type_name("HOST:PORT");
+  AddOption(command, "--page-listen", "HOST:PORT", options->page_listen,
+            "Address of the page (default 127.0.0.1 and any free port)");
   registry.AddJsonOption(command);
   registry.SetAction(command, [options](Session& session) { return View(*options, session); });
 }

@@ -5,6 +5,7 @@
 #include "coordinator/client/command.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
+#include "coordinator/view/json_list.h"
 #include "coordinator/view/status_view.h"
 
 namespace parallax::client {
@@ -29,16 +30,8 @@ absl::StatusOr<ExitCode> Workers(Session& session) {
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
   ASSIGN_OR_RETURN(const v1::ListWorkersReply reply, connection->ListWorkers());
   if (session.options.json) {
-    nlohmann::ordered_json json = {{"workers", nlohmann::ordered_json::array()}};
-    for (const v1::WorkerStatus& worker : reply.workers()) {
-      json["workers"].push_back(WorkerJson(worker));
-    }
-    json["drains"] = nlohmann::ordered_json::array();
-    for (const v1::DrainOrder& drain : reply.drains()) {
-      json["drains"].push_back(DrainJson(drain));
-    }
-    session.PrintJson(json);
-    return kExitOk;
+    return session.PrintJson({{"workers", JsonList(reply.workers(), WorkerJson)},
+                              {"drains", JsonList(reply.drains(), DrainJson)}});
   }
   if (reply.workers_size() == 0) {
     *session.out().stream << "no workers: `worker --coordinator "
@@ -46,13 +39,8 @@ absl::StatusOr<ExitCode> Workers(Session& session) {
     PrintDrains(reply, session);
     return kExitOk;
   }
-  Table table({{"WORKER"},
-               {"STATE"},
-               {"KINDS"},
-               {"RUNNING", Align::kRight},
-               {"SLOTS", Align::kRight},
-               {"LAST HEARD", Align::kRight},
-               {"VERSION"}});
+  Table table({"WORKER", "STATE", "KINDS", Right("RUNNING"), Right("SLOTS"), Right("LAST HEARD"),
+               "VERSION"});
   for (const v1::WorkerStatus& worker : reply.workers()) {
     std::string kinds;
     for (const std::string& name : worker.kinds()) kinds += (kinds.empty() ? "" : ",") + name;
@@ -80,9 +68,8 @@ absl::StatusOr<ExitCode> Drain(const DrainOptions& options, Session& session) {
   ASSIGN_OR_RETURN(const v1::DrainWorkersReply reply, connection->DrainWorkers(request));
   const std::vector<std::string> names(reply.workers().begin(), reply.workers().end());
   if (session.options.json) {
-    session.PrintJson(
+    return session.PrintJson(
         {{"pattern", options.pattern}, {"drained", !options.undo}, {"workers", names}});
-    return kExitOk;
   }
   std::ostream& out = *session.out().stream;
   if (names.empty()) {
@@ -111,9 +98,8 @@ void RegisterDrain(Registry& registry, CLI::App* workers) {
   command->add_option("NAME", options->pattern, "A worker's name; * matches any characters, ? one")
       ->required();
   command->add_flag("--undo", options->undo, "End the order with exactly this NAME");
-  command
-      ->add_option("--reason", options->reason, "Shown with the workers, kept in the audit trail")
-      ->type_name("TEXT");
+  AddOption(command, "--reason", "TEXT", options->reason,
+            "Shown with the workers, kept in the audit trail");
   registry.AddConnectionOptions(command);
   registry.SetAction(command, [options](Session& session) { return Drain(*options, session); });
 }

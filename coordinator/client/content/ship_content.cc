@@ -1,6 +1,5 @@
 #include "coordinator/client/content/ship_content.h"
 
-#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <map>

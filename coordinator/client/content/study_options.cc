@@ -8,7 +8,6 @@
 
 #include "common/base/edit_distance.h"
 #include "common/base/hash.h"
-#include "common/base/names.h"
 #include "common/base/shell_word.h"
 #include "common/base/system/log.h"
 #include "common/base/version.h"

@@ -1,6 +1,5 @@
 #include "coordinator/client/farm/engine.h"
 
-#include <fmt/ranges.h>
 #include <pwd.h>
 #include <sys/wait.h>
 #include <unistd.h>

@@ -2,8 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
-
 #include "coordinator/client/views/text.h"
 
 namespace parallax::client {

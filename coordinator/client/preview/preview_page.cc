@@ -36,9 +36,7 @@ class PreviewPageImpl final : public PreviewPage {
     }
     ASSIGN_OR_RETURN(const std::string secret, NewSecret());
     root_ = "/" + secret + "/";
-    WebServerOptions options;
-    options.listen = address;
-    options.headers = PageHeaders();
+    WebServerOptions options{.listen = address, .headers = PageHeaders()};
     ASSIGN_OR_RETURN(server_, WebServer::Bind(options));
     server_->Start([this](const ServerRequest& request) { return Answer(request); },
                    [](std::string_view) { return false; });

@@ -382,9 +382,7 @@ absl::StatusOr<Preview> StudyPreview::Make(const PreviewOptions& options,
                                            const PreviewWatcher& watcher) {
   ASSIGN_OR_RETURN(v1::StudySpec study, LoadWatched(options, watcher));
   study.clear_evaluate();  // Benchmarks are not looked at.
-  Preview preview;
-  preview.name = study.name();
-  preview.seed = study.seed();
+  Preview preview{.name = study.name(), .seed = study.seed()};
   ASSIGN_OR_RETURN(preview.left_out, ChooseVariants(options, study));
   RETURN_IF_ERROR(HashContent(study, FolderReaders::kOfRun));
   kept_->layouts.Begin();

@@ -36,9 +36,7 @@ std::string LogDir(const OutDir& out_dir) { return out_dir.work_dir() + "/logs";
 absl::Status CheckDiskError(const std::string& error) {
   for (const char* cause : {"No space left on device", "Disk quota exceeded",
                             "Read-only file system", "Permission denied", "Input/output error"}) {
-    if (error.find(cause) != std::string::npos) {
-      return ResourceExhausted("{}", error);
-    }
+    if (error.find(cause) != std::string::npos) return ResourceExhausted("{}", error);
   }
   return absl::OkStatus();
 }

@@ -1,9 +1,7 @@
 #include "coordinator/client/runs/out_dir.h"
 
-#include <fmt/core.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 

@@ -169,9 +169,7 @@ absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor,
     const v1::SceneConfig& config = variant.config();
     const ConfigDigests digests = DigestsOf(config);
     const uint64_t seed = SeedOf(study, variant);
-    PlanRow row;
-    row.name = variant.name();
-    row.pairs = PairsOf(study, variant);
+    PlanRow row{.name = variant.name(), .pairs = PairsOf(study, variant)};
     const int64_t rigs = std::max(1, RigsPerSceneOf(study, variant));
     row.scenes = (row.pairs + rigs - 1) / rigs;
     row.solve_jobs = row.scenes;

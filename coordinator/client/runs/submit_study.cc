@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-#include "common/store/store.h"
 #include "coordinator/client/content/study_options.h"
 
 namespace parallax::client {

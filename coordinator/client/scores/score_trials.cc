@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 
 #include "coordinator/client/scores/page_table.h"
 #include "coordinator/queue/job_queue.h"

@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -10,6 +9,7 @@
 #include "coordinator/client/views/text_table.h"
 #include "coordinator/search/rung_study.h"
 #include "coordinator/search/trial_space.h"
+#include "coordinator/view/json_list.h"
 
 namespace parallax::client {
 namespace {
@@ -122,12 +122,8 @@ void PrintSearchCosts(const v1::StudySpec& search, const SearchCosts& costs, con
   const v1::SearchSpec spec = SearchOf(search);
   *out.stream << out.Paint(Tone::kBold, search.name()) << ": a search over "
               << Plural(spec.space_size(), "setting") << "\n";
-  Table table({{"rung"},
-               {"trials", Align::kRight},
-               {"pairs of each", Align::kRight},
-               {"trainings", Align::kRight},
-               {"core-hours of pairs", Align::kRight},
-               {"of trainings", Align::kRight}});
+  Table table({"rung", Right("trials"), Right("pairs of each"), Right("trainings"),
+               Right("core-hours of pairs"), Right("of trainings")});
   const auto add = [&](const std::string& name, const RungCosts& rung) {
     table.AddRow({name, FormatCount(rung.trials), FormatCount(rung.pairs),
                   FormatCount(rung.trainings), HoursText(rung.pairs_core_s / 3600),
@@ -162,9 +158,9 @@ void PrintSearchCosts(const v1::StudySpec& search, const SearchCosts& costs, con
 }
 
 Json SearchCostsJson(const SearchCosts& costs) {
-  Json json = {
-      {"rungs", Json::array()}, {"confirmation", nullptr}, {"total", RungJson(costs.total)}};
-  for (const RungCosts& rung : costs.rungs) json["rungs"].push_back(RungJson(rung));
+  Json json = {{"rungs", JsonList(costs.rungs, RungJson)},
+               {"confirmation", nullptr},
+               {"total", RungJson(costs.total)}};
   if (costs.confirmation) json["confirmation"] = RungJson(*costs.confirmation);
   json["total"].erase("trials");
   json["total"].erase("pairs");

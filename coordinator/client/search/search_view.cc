@@ -50,18 +50,14 @@ std::string DifferenceText(const v1::SearchScore& score) {
 void AddTrials(const v1::SearchStatus& search, const Terminal& terminal,
                std::vector<std::string>& lines) {
   const v1::SearchSpec& spec = search.study().search();
-  std::vector<Table::Column> columns = {{"TRIAL"}};
+  std::vector<Table::Column> columns = {"TRIAL"};
   const std::vector<std::string> names = ShortNames(spec);
   for (int i = 0; i < spec.space_size(); ++i) {
     columns.push_back({names[static_cast<size_t>(i)],
                        spec.space(i).choices().empty() ? Align::kRight : Align::kLeft});
   }
-  columns.insert(columns.end(), {{"RUNG", Align::kRight},
-                                 {"ERROR %", Align::kRight},
-                                 {"FROM DEFAULT", Align::kRight},
-                                 {"VERDICT"},
-                                 {"CORE-S/PAIR", Align::kRight},
-                                 {"ENDED"}});
+  columns.insert(columns.end(), {Right("RUNG"), Right("ERROR %"), Right("FROM DEFAULT"), "VERDICT",
+                                 Right("CORE-S/PAIR"), "ENDED"});
   Table table(std::move(columns));
   for (const v1::SearchTrial* trial : InOrder(search)) {
     std::vector<std::string> cells = {trial->number() == 0 ? "default"
@@ -94,7 +90,7 @@ void AddImportances(const v1::SearchStatus& search, const Terminal& terminal,
                     std::vector<std::string>& lines) {
   if (search.importances().empty()) return;
   lines.push_back("Settings, by the share of the error's variance that they explain:");
-  Table table({{"SETTING"}, {"SHARE", Align::kRight}, {"95 %"}});
+  Table table({"SETTING", Right("SHARE"), "95 %"});
   for (const v1::SearchImportance& one : search.importances()) {
     const auto percent = [](double share) { return fmt::format("{:.0f} %", 100 * share); };
     const v1::SearchFigure& share = one.share();
@@ -171,13 +167,8 @@ void PrintSearches(const v1::ListSearchesReply& reply, const Terminal& out) {
     *out.stream << "no search was begun; `parallax search FILE` begins one\n";
     return;
   }
-  Table table({{"SEARCH"},
-               {"STATE"},
-               {"RUNG", Align::kRight},
-               {"CORE-HOURS", Align::kRight},
-               {"BEST", Align::kRight},
-               {"OUTCOME"},
-               {"NEEDS"}});
+  Table table(
+      {"SEARCH", "STATE", Right("RUNG"), Right("CORE-HOURS"), Right("BEST"), "OUTCOME", "NEEDS"});
   for (const v1::SearchStatus& search : reply.searches()) {
     table.AddRow({search.name(), search.state(),
                   fmt::format("{}/{}", search.rung() + 1, search.rungs()),

@@ -45,9 +45,7 @@ std::string DescribeProgress(const v1::JobStatus& job) {
   std::string text = "step " + FormatCount(std::llround(*step));
   if (const auto steps = figure("steps")) text += " of " + FormatCount(std::llround(*steps));
   if (const auto loss = figure("loss")) text += ", loss " + FormatNumber(*loss);
-  if (const auto eta_s = figure("eta_s")) {
-    text += ", " + FormatAbout(*eta_s) + " left";
-  }
+  if (const auto eta_s = figure("eta_s")) text += ", " + FormatAbout(*eta_s) + " left";
   return text;
 }
 
@@ -68,9 +66,7 @@ std::optional<double> ProgressView::SecondsToPairs() const {
 
 std::optional<double> ProgressView::SecondsLeft() const {
   const PairCounts counts = CountsOf(study_);
-  if (counts.done < counts.wanted) {
-    return HasOtherJobs(study_) ? std::nullopt : SecondsToPairs();
-  }
+  if (counts.done < counts.wanted) return HasOtherJobs(study_) ? std::nullopt : SecondsToPairs();
   for (const char* state : {"READY", "BLOCKED", "RETRY_WAIT"}) {
     if (JobsInState(study_, state) > 0) return std::nullopt;
   }

@@ -73,14 +73,8 @@ void PrintObjects(const Terminal& terminal, const v1::Scene& scene,
                   const std::map<uint32_t, Extent>& extents,
                   const std::map<uint32_t, char>& symbols) {
   Heading(terminal, fmt::format("Objects ({})", scene.objects_size()));
-  Table table({{"#", Align::kRight},
-               {"PLAN"},
-               {"NAME"},
-               {"ROLE"},
-               {"RELATION"},
-               {"CENTRE m", Align::kRight},
-               {"SIZE m", Align::kRight},
-               {"MATERIALS"}});
+  Table table({Right("#"), "PLAN", "NAME", "ROLE", "RELATION", Right("CENTRE m"), Right("SIZE m"),
+               "MATERIALS"});
   for (const v1::SceneObject& object : scene.objects()) {
     const auto symbol = symbols.find(object.index());
     std::string centre, size;
@@ -123,12 +117,8 @@ void PrintLights(const Terminal& terminal, const v1::Scene& scene) {
 void PrintRigs(const Terminal& terminal, const v1::Scene& scene) {
   if (scene.rigs_size() == 0) return;
   Heading(terminal, fmt::format("Rigs ({})", scene.rigs_size()));
-  Table table({{"RIG", Align::kRight},
-               {"LEFT EYE m", Align::kRight},
-               {"BASELINE m", Align::kRight},
-               {"FOCAL px", Align::kRight},
-               {"IMAGE px", Align::kRight},
-               {"DEPTH STD m", Align::kRight}});
+  Table table({Right("RIG"), Right("LEFT EYE m"), Right("BASELINE m"), Right("FOCAL px"),
+               Right("IMAGE px"), Right("DEPTH STD m")});
   for (const v1::Rig& rig : scene.rigs()) {
     const v1::Transform& pose = rig.world_from_left();
     table.AddRow({std::to_string(rig.index()),
@@ -161,7 +151,7 @@ void PrintSolver(const Terminal& terminal, const v1::SolveReport& report) {
         << "\n";
   }
   if (report.constraints_size() == 0) return;
-  Table table({{"CONSTRAINT"}, {"KIND"}, {"VIOLATION", Align::kRight}});
+  Table table({"CONSTRAINT", "KIND", Right("VIOLATION")});
   for (const v1::SolveReport::Constraint& constraint : report.constraints()) {
     const bool broken = constraint.violation() > 1e-9;
     table.AddRow({constraint.name(), constraint.hard() ? "hard" : "soft",

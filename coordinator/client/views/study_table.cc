@@ -1,6 +1,5 @@
 #include "coordinator/client/views/study_table.h"
 
-#include <cerrno>
 #include <filesystem>
 #include <map>
 
@@ -31,9 +30,7 @@ absl::StatusOr<std::vector<Evaluation>> ReadThoseIn(const std::string& dir,
 
 absl::StatusOr<std::vector<std::string>> WriteGroupErrors(
     const std::vector<Evaluation>& evaluations, const std::string& dir) {
-  std::error_code error;
-  fs::create_directories(dir, error);
-  if (error) return ErrnoError(error.value(), "make " + dir);
+  RETURN_IF_ERROR(MakeFolders(dir));
   std::map<std::string, std::vector<Evaluation>> by_row;
   for (const Evaluation& one : evaluations) {
     by_row[one.run.variant + "." + one.run.trainer].push_back(one);

@@ -116,15 +116,9 @@ void PrintStudy(const Terminal& terminal, const v1::StudyStatus& study) {
     out << "  took " << FormatDuration(study.finished_unix_s() - study.submitted_unix_s());
   }
   out << "\n\n";
-  Table table({{"VARIANT"},
-               {"PAIRS", Align::kRight},
-               {"", Align::kRight},
-               {"SOLVES", Align::kRight},
-               {"SOLVES REUSED", Align::kRight},
-               {"LAYOUTS REUSED", Align::kRight},
-               {"FRAMES REUSED", Align::kRight},
-               {"REJECTED", Align::kRight},
-               {"FAILED", Align::kRight}});
+  Table table({"VARIANT", Right("PAIRS"), Right(""), Right("SOLVES"), Right("SOLVES REUSED"),
+               Right("LAYOUTS REUSED"), Right("FRAMES REUSED"), Right("REJECTED"),
+               Right("FAILED")});
   const auto add = [&](const std::string& name, const PairCounts& counts) {
     const double done = static_cast<double>(counts.done);
     const double wanted = static_cast<double>(counts.wanted);
@@ -182,15 +176,8 @@ void PrintStudyList(const Terminal& terminal, const v1::ListStudiesReply& list) 
     *terminal.stream << "no studies yet: `parallax submit STUDY` adds one\n";
     return;
   }
-  Table table({{"ID", Align::kRight},
-               {"NAME"},
-               {"STATE"},
-               {"VARIANTS", Align::kRight},
-               {"PAIRS", Align::kRight},
-               {"", Align::kRight},
-               {"FAILED", Align::kRight},
-               {"SUBMITTED"},
-               {"WAITING"}});
+  Table table({Right("ID"), "NAME", "STATE", Right("VARIANTS"), Right("PAIRS"), Right(""),
+               Right("FAILED"), "SUBMITTED", "WAITING"});
   for (const v1::StudyStatus& study : list.studies()) {
     const PairCounts counts = CountsOf(study);
     table.AddRow(

@@ -11,8 +11,12 @@ namespace parallax::client {
 class Table {
  public:
   struct Column {
+    Column(std::string column_title, Align alignment)
+        : title(std::move(column_title)), align(alignment) {}
+    Column(const char* column_title) : Column(column_title, Align::kLeft) {}  // NOLINT: a title.
+
     std::string title;
-    Align align = Align::kLeft;
+    Align align;
   };
   explicit Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
 
@@ -30,5 +34,8 @@ class Table {
   std::vector<Column> columns_;
   std::vector<std::vector<std::string>> rows_;
 };
+
+// Returns a column that is aligned to the right.
+inline Table::Column Right(const char* title) { return {title, Align::kRight}; }
 
 }  // namespace parallax::client

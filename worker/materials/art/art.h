@@ -16,6 +16,9 @@ class Art {
   // Returns the linear colour at a point of [0, 1]^2, for a footprint of width `w` (in the same
   // units). Not yet limited to albedos.
   virtual Vec3f At(float u, float v, float w) const = 0;
+
+ protected:
+  uint32_t seed_ = 0;  // Seed of its noise, which the style draws.
 };
 
 // The families of pictures.

@@ -3,14 +3,7 @@
 namespace parallax::art {
 namespace {
 
-using noise::CosTurn;
-using noise::Fade;
-using noise::Fract;
-using noise::Gradient2;
-using noise::Hash;
-using noise::Saturate;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 class Fields final : public Art {
  public:
@@ -45,7 +38,6 @@ class Fields final : public Art {
   Palette palette_;
   int count_;
   std::array<float, 4> low_, high_;
-  uint32_t seed_;
 };
 
 class Blocks final : public Art {
@@ -145,7 +137,6 @@ class Modules final : public Art {
  private:
   Palette palette_;
   float columns_, rows_;
-  uint32_t seed_;
 };
 
 class Circles final : public Art {
@@ -232,7 +223,6 @@ class Fluid final : public Art {
  private:
   Palette palette_;
   float scale_, bands_;
-  uint32_t seed_;
 };
 
 class CellArt final : public Art {
@@ -254,7 +244,6 @@ class CellArt final : public Art {
  private:
   Palette palette_;
   float scale_, lead_;
-  uint32_t seed_;
 };
 
 class Waves final : public Art {
@@ -284,7 +273,6 @@ class Waves final : public Art {
   Palette palette_;
   float stripes_, swing_, scale_;
   bool two_;
-  uint32_t seed_;
 };
 
 }  // namespace

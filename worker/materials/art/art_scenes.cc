@@ -3,14 +3,7 @@
 namespace parallax::art {
 namespace {
 
-using noise::CosTurn;
-using noise::Fade;
-using noise::Fract;
-using noise::Gradient2;
-using noise::Hash;
-using noise::Saturate;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 class Landscape final : public Art {
  public:
@@ -114,7 +107,6 @@ class Landscape final : public Art {
   bool sea_;
   int layers_;
   std::array<Ridge, 6> ridges_;
-  uint32_t seed_;
 };
 
 class City final : public Art {
@@ -164,7 +156,6 @@ class City final : public Art {
   bool night_;
   Vec3f top_, low_, tower_, window_;
   float columns_, lit_, moon_u_;
-  uint32_t seed_;
 };
 
 // Ellipses on each other: hair, neck, shoulders, face, features.
@@ -228,19 +219,16 @@ class Figure final : public Art {
   Vec3f ground_, second_;
   std::array<Ellipse, 16> ellipses_;
   int count_ = 0;
-  uint32_t seed_;
 };
 
 class Botanical final : public Art {
  public:
   explicit Botanical(Rng& rng) {
-    static constexpr std::array<uint32_t, 5> kPapers = {0xe8e2d2, 0xdcd8c6, 0xc9d0c4, 0xd9c4b4,
-                                                        0x2a3a36};
     static constexpr std::array<uint32_t, 5> kGreens = {0x4a6b3f, 0x6f8f5a, 0x3a5a4a, 0x8a8f4a,
                                                         0x2f4a38};
     static constexpr std::array<uint32_t, 6> kBlooms = {0xc9503f, 0xd98fa0, 0xe0b03f,
                                                         0x7a5aa0, 0xe6e0d4, 0x5a7fb0};
-    paper_ = VaryColor(rng, SrgbColor(rng.Pick(kPapers)), 0.06, 0.03);
+    paper_ = PickColor(rng, {0xe8e2d2, 0xdcd8c6, 0xc9d0c4, 0xd9c4b4, 0x2a3a36}, 0.06, 0.03);
     leaf_ = VaryColor(rng, SrgbColor(rng.Pick(kGreens)));
     bloom_ = VaryColor(rng, SrgbColor(rng.Pick(kBlooms)));
     heart_ = SrgbColor(0xd9b04a);

@@ -7,10 +7,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Fbm3;
-using noise::Gradient3;
-using noise::Saturate;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 // Fibres in every direction, a little yellowed in clouds.
 class Paper final : public Carved<Paper> {
@@ -30,12 +27,10 @@ class Paper final : public Carved<Paper> {
     const Float8 cloud = Fbm3(p, 0.12f, 4, w, seed_ + 2);
     const Float8 old =
         foxing_ * noise::Above(noise::Fbm3Filtered(p, 0.07f, 5, w, seed_ + 4, 0.6f), 0.4f, 0.3f);
-    SurfaceSample8 out;
-    out.base_color =
-        Albedo(Mix(sheet_ * (1.0f + fibre_ * fibre + 0.05f * cloud), SrgbColor(0xa8845a), old));
-    out.roughness = Splat(0.85f);
-    out.specular = Splat(0.3f);
-    return out;
+    return {.base_color = Albedo(
+                Mix(sheet_ * (1.0f + fibre_ * fibre + 0.05f * cloud), SrgbColor(0xa8845a), old)),
+            .roughness = Splat(0.85f),
+            .specular = Splat(0.3f)};
   }
   auto HeightOf(const auto& point) const {
     return 1.2e-5f * Fbm3(point.texture_m, 0.002f, 2, point.footprint_m, seed_ + 7) +
@@ -45,7 +40,6 @@ class Paper final : public Carved<Paper> {
  private:
   Vec3f sheet_;
   float fibre_, foxing_;
-  uint32_t seed_;
 };
 
 // The edges of a book's leaves: thin lines across z.
@@ -65,11 +59,9 @@ class PageEdges final : public Carved<PageEdges> {
              Gradient3(p.x * 3.0f, p.y * 3.0f, 0.2f * p.z / leaf_m_, seed_ + 1);
     lines += 0.5f * Fade(0.008f, w) * Gradient3(p.x * 2.0f, p.y * 2.0f, p.z * 120.0f, seed_ + 2);
     const Float8 cloud = Fbm3(p, 0.06f, 3, w, seed_ + 3);
-    SurfaceSample8 out;
-    out.base_color = Albedo(sheet_ * (0.93f + 0.22f * lines + 0.05f * cloud));
-    out.roughness = Splat(0.9f);
-    out.specular = Splat(0.25f);
-    return out;
+    return {.base_color = Albedo(sheet_ * (0.93f + 0.22f * lines + 0.05f * cloud)),
+            .roughness = Splat(0.9f),
+            .specular = Splat(0.25f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -82,7 +74,6 @@ class PageEdges final : public Carved<PageEdges> {
  private:
   Vec3f sheet_;
   float leaf_m_;
-  uint32_t seed_;
 };
 
 // Brown board: flutes show through as soft bands across x; specks of bark.
@@ -101,13 +92,11 @@ class Cardboard final : public Carved<Cardboard> {
     const Float8 speck =
         noise::Above(noise::Fbm3Filtered(p, 0.004f, 2, w, seed_ + 3), 0.75f, 0.08f);
     const Float8 scuff = Fbm3(p, 0.12f, 5, w, seed_ + 5, 0.6f);
-    SurfaceSample8 out;
-    out.base_color =
-        Albedo(board_ * ((1.0f + 0.09f * fibre + 0.07f * scuff) * (1.0f - 0.45f * speck) *
-                         (1.0f + 0.03f * flutes_ * Flutes(OnPlane(point), w))));
-    out.roughness = Saturate(0.82f + 0.06f * scuff);
-    out.specular = Splat(0.3f);
-    return out;
+    return {.base_color =
+                Albedo(board_ * ((1.0f + 0.09f * fibre + 0.07f * scuff) * (1.0f - 0.45f * speck) *
+                                 (1.0f + 0.03f * flutes_ * Flutes(OnPlane(point), w)))),
+            .roughness = Saturate(0.82f + 0.06f * scuff),
+            .specular = Splat(0.3f)};
   }
   auto HeightOf(const auto& point) const {
     return 6e-5f * flutes_ * Flutes(OnPlane(point), point.footprint_m) +
@@ -122,7 +111,6 @@ class Cardboard final : public Carved<Cardboard> {
 
   Vec3f board_;
   float flute_m_, flutes_;
-  uint32_t seed_;
 };
 
 }  // namespace

@@ -1,18 +1,13 @@
 // Family `picture`: what is printed or painted over uv in [0, 1]^2: paintings and screens;
 // prints.cc has what has lettering.
 #include <array>
-#include <string>
 
 #include "worker/materials/art/printed.h"
 
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Fract;
-using noise::Hash;
-using noise::Saturate;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 class Painting final : public Printed {
  public:

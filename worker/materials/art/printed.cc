@@ -6,10 +6,7 @@
 
 namespace parallax {
 
-using noise::Fade;
-using noise::Gradient2;
-using noise::Hash;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 std::string DrawWord(Rng& rng, int syllables) {
   static constexpr std::array<const char*, 24> kOnsets = {

@@ -22,11 +22,9 @@ class Printed : public PointMaterial {
     if (shown > 0) color = Mix(mean_, Ink(u, v, w), shown);
     const float grain = Grain(point);
     const float age = noise::Fbm3(point.texture_m, 0.12f, 3, point.footprint_m, seed_);
-    SurfaceSample out;
-    out.base_color = Albedo(color * (1.0f + 0.07f * grain + 0.03f * age));
-    out.roughness = noise::Saturate(roughness_ * (1.0f + 0.12f * grain + 0.1f * age));
-    out.specular = ground_ == PictureGround::kCanvas ? 0.4f : 0.5f;
-    return out;
+    return {.base_color = Albedo(color * (1.0f + 0.07f * grain + 0.03f * age)),
+            .roughness = noise::Saturate(roughness_ * (1.0f + 0.12f * grain + 0.1f * age)),
+            .specular = ground_ == PictureGround::kCanvas ? 0.4f : 0.5f};
   }
   float HeightOfPoint(const SurfacePoint& point) const override {
     return (ground_ == PictureGround::kCanvas ? 7e-5f : 8e-6f) * Grain(point);
@@ -49,7 +47,6 @@ class Printed : public PointMaterial {
     }
     mean_ /= kSide * kSide;
   }
-  const Vec3f& mean() const { return mean_; }
   uint32_t seed() const { return seed_; }
 
  private:

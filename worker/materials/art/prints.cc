@@ -1,17 +1,12 @@
 // Family `picture`: what has lettering: book covers, posters, labels, pages.
 #include <array>
-#include <string>
 
 #include "worker/materials/art/printed.h"
 
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Fract;
-using noise::Hash;
-using noise::Saturate;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 // Posters and book covers: a ground, a picture in a window, a title, small print.
 class Cover final : public Printed {

@@ -7,11 +7,7 @@
 namespace parallax {
 namespace {
 
-using noise::CosTurn;
-using noise::Fade;
-using noise::Fbm3;
-using noise::Fract;
-using noise::Saturate;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 enum class Pattern {
   kStripes,
@@ -183,11 +179,10 @@ class Wallpaper final : public Material {
     const Float8 ink = Ink(plane, 0.0004f, w);
     const Float8 cloud = Fbm3(point.texture_m, 0.3f, 5, w, seed_ + 1, 0.55f);
     const Float8 weave = Weave(plane, w);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(ground_, ink_, ink) * (1.0f + 0.04f * cloud + 0.08f * weave));
-    out.roughness = Saturate(noise::Lerp(roughness_, ink_roughness_, ink) * (1.0f + 0.06f * cloud));
-    out.specular = Splat(0.4f);
-    return out;
+    return {.base_color = Albedo(Mix(ground_, ink_, ink) * (1.0f + 0.04f * cloud + 0.08f * weave)),
+            .roughness =
+                Saturate(noise::Lerp(roughness_, ink_roughness_, ink) * (1.0f + 0.06f * cloud)),
+            .specular = Splat(0.4f)};
   }
   Float8 Height(const SurfacePoint8& point) const override {
     const Float8 w = point.footprint_m;

@@ -78,9 +78,7 @@ SurfaceSample8 PointMaterial::Evaluate(const SurfacePoint8& points) const {
 
 Float8 PointMaterial::Height(const SurfacePoint8& points) const {
   Float8 heights = Splat(0);
-  for (int lane = 0; lane < points.count; ++lane) {
-    heights[lane] = HeightOfPoint(points.Get(lane));
-  }
+  for (int lane = 0; lane < points.count; ++lane) heights[lane] = HeightOfPoint(points.Get(lane));
   return heights;
 }
 

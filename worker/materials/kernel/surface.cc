@@ -1,6 +1,7 @@
 #include "worker/materials/kernel/surface.h"
 
 #include <cmath>
+#include <span>
 
 namespace parallax {
 namespace {
@@ -31,6 +32,10 @@ Vec3f VaryColor(Rng& rng, const Vec3f& color, double value, double tint) {
     varied[i] = color[i] * Float(gain * std::exp(rng.Uniform(-1.7, 1.7) * tint));
   }
   return Albedo(varied);
+}
+
+Vec3f PickColor(Rng& rng, std::initializer_list<uint32_t> hexes, double value, double tint) {
+  return VaryColor(rng, SrgbColor(rng.Pick(std::span(hexes.begin(), hexes.size()))), value, tint);
 }
 
 Vec3f Desaturate(const Vec3f& color, float amount) {

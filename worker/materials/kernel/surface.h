@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <vector>
 
 #include "common/base/rng.h"
@@ -18,6 +19,8 @@ Vec3f HsvColor(double hue, double saturation, double value);
 // Varies a colour randomly: `value` is the relative standard deviation of its brightness, `tint`
 // that of its channels.
 Vec3f VaryColor(Rng& rng, const Vec3f& color, double value = 0.12, double tint = 0.04);
+// Varies one of `hexes`, each of equal probability.
+Vec3f PickColor(Rng& rng, std::initializer_list<uint32_t> hexes, double value, double tint);
 // Blends towards grey of the same luminance; 0 = unchanged, 1 = grey.
 Vec3f Desaturate(const Vec3f& color, float amount);
 
@@ -80,6 +83,9 @@ class Carved : public Material {
   Dual8 Relief(const SurfacePoint8& points, const Tangents8& tangents) const final {
     return static_cast<const Self*>(this)->HeightOf(ReliefPoint8(points, tangents));
   }
+
+ protected:
+  uint32_t seed_ = 0;  // Seed of its noise, which the class draws.
 };
 
 // A point on a plane; `Real` is Float8 or Dual8.

@@ -2,11 +2,7 @@
 
 namespace parallax {
 
-using noise::Fade;
-using noise::Gradient2;
-using noise::Gradient3;
-using noise::Saturate;
-using noise::SmoothStep;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 const WoodSpecies kOak = {0xc9a477, 0x98693c, 3, 6.5, 0.75, 0.40, 1.0, 6, 0.02};
 const WoodSpecies kWalnut = {0x7d5a41, 0x472c1d, 3, 7, 0.85, 0.45, 0.7, 9, 0.01};

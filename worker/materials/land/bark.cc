@@ -1,5 +1,4 @@
 // Family `forest`, its barks. Slots name these classes; they replace nothing else.
-#include <array>
 #include <cmath>
 
 #include "worker/materials/kernel/material_families.h"
@@ -8,22 +7,13 @@
 namespace parallax {
 namespace {
 
-using noise::Above;
-using noise::Fade;
-using noise::Fbm3;
-using noise::Fbm3Filtered;
-using noise::Gradient3;
-using noise::Saturate;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 // Ridges that run along x and join, furrows between (oak, poplar, willow); moss on one side.
 class FurrowedBark final : public Carved<FurrowedBark> {
  public:
   explicit FurrowedBark(Rng& rng) {
-    static constexpr std::array<uint32_t, 5> kBarks = {0x7a6a58, 0x6b5d4f, 0x857868, 0x5f5145,
-                                                       0x766a60};
-    bark_ = VaryColor(rng, SrgbColor(rng.Pick(kBarks)), 0.12, 0.03);
+    bark_ = PickColor(rng, {0x7a6a58, 0x6b5d4f, 0x857868, 0x5f5145, 0x766a60}, 0.12, 0.03);
     deep_ = 0.4f * bark_;
     ridge_m_ = Draw(rng, 0.028, 0.05);
     stretch_ = Draw(rng, 4.5, 8);
@@ -42,12 +32,10 @@ class FurrowedBark final : public Carved<FurrowedBark> {
     // In the furrows first.
     const Float8 moss = moss_ * Facing(point.normal, shade_) * (1.0f - 0.45f * top) *
                         Above(Fbm3Filtered(p, 0.14f, 6, w, seed_ + 5, 0.68f), 0.02f, 0.4f);
-    SurfaceSample8 out;
     const Vec3x8 color = Mix(deep_, bark_, top) * (1.0f + 0.25f * fibre + 0.2f * broad);
-    out.base_color = Albedo(Mix(color, kMossGreen * (1.0f + 0.4f * fibre), moss));
-    out.roughness = Splat(0.95f);
-    out.specular = Splat(0.2f);
-    return out;
+    return {.base_color = Albedo(Mix(color, kMossGreen * (1.0f + 0.4f * fibre), moss)),
+            .roughness = Splat(0.95f),
+            .specular = Splat(0.2f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -74,7 +62,6 @@ class FurrowedBark final : public Carved<FurrowedBark> {
 
   Vec3f bark_, deep_, shade_;
   float ridge_m_, stretch_, depth_m_, moss_;
-  uint32_t seed_;
 };
 
 // White and papery, with dark dashes across and black scars.
@@ -93,12 +80,10 @@ class BirchBark final : public Carved<BirchBark> {
     const Vec3x8& p = point.texture_m;
     const Float8 n = Fbm3(Vec3x8(2.5f * p.x, p.y, p.z), 0.12f, 4, w, seed_ + 2, 0.6f);
     const Float8 dark = Saturate(0.85f * Dashes(p, w) + Scars(p, w));
-    SurfaceSample8 out;
     const Vec3x8 paper = Mix(white_, tan_, Saturate(0.22f + 0.6f * n));
-    out.base_color = Albedo(Mix(paper * (1.0f + 0.12f * n), Vec3x8(black_), dark));
-    out.roughness = Saturate(0.6f + 0.3f * dark);
-    out.specular = Splat(0.3f);
-    return out;
+    return {.base_color = Albedo(Mix(paper * (1.0f + 0.12f * n), Vec3x8(black_), dark)),
+            .roughness = Saturate(0.6f + 0.3f * dark),
+            .specular = Splat(0.3f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -122,16 +107,13 @@ class BirchBark final : public Carved<BirchBark> {
 
   Vec3f white_, tan_, black_;
   float scars_, dash_m_;
-  uint32_t seed_;
 };
 
 // Plates of scales in layers, reddish where they broke off (pine, spruce, larch).
 class ConiferBark final : public Carved<ConiferBark> {
  public:
   explicit ConiferBark(Rng& rng) {
-    static constexpr std::array<uint32_t, 5> kBarks = {0x7d6350, 0x6f5a4b, 0x84705f, 0x8a6248,
-                                                       0x665549};
-    bark_ = VaryColor(rng, SrgbColor(rng.Pick(kBarks)), 0.12, 0.03);
+    bark_ = PickColor(rng, {0x7d6350, 0x6f5a4b, 0x84705f, 0x8a6248, 0x665549}, 0.12, 0.03);
     red_ = VaryColor(rng, SrgbColor(0x97603f), 0.12, 0.04);
     plate_m_ = Draw(rng, 0.022, 0.045);
     stretch_ = Draw(rng, 2.2, 4.2);
@@ -149,14 +131,12 @@ class ConiferBark final : public Carved<ConiferBark> {
     const Float8 red = red_share_ * (0.5f + fade * (UnitByte(id, 1) - 0.5f));
     const Float8 green =
         lichen_ * Above(Fbm3Filtered(p, 0.1f, 5, w, seed_ + 5, 0.6f), 0.2f, 0.15f) * top;
-    SurfaceSample8 out;
     Vec3x8 color = Mix(Vec3x8(bark_), Vec3x8(red_), red);
     color *=
         (0.46f + 0.58f * top) * (1.0f + 0.4f * n) * (1.0f + 0.2f * fade * (UnitByte(id, 0) - 0.5f));
-    out.base_color = Albedo(Mix(color, SrgbColor(0x8f9a80), green));
-    out.roughness = Splat(0.92f);
-    out.specular = Splat(0.25f);
-    return out;
+    return {.base_color = Albedo(Mix(color, SrgbColor(0x8f9a80), green)),
+            .roughness = Splat(0.92f),
+            .specular = Splat(0.25f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -184,16 +164,13 @@ class ConiferBark final : public Carved<ConiferBark> {
 
   Vec3f bark_, red_;
   float plate_m_, stretch_, red_share_, lichen_;
-  uint32_t seed_;
 };
 
 // Thin and grey, lenticels across, blotches of lichen (young maple, beech, twigs).
 class SmoothBark final : public Carved<SmoothBark> {
  public:
   explicit SmoothBark(Rng& rng) {
-    static constexpr std::array<uint32_t, 5> kBarks = {0x7d766c, 0x6b5f52, 0x5f5348, 0x8a8478,
-                                                       0x6a5a4a};
-    bark_ = VaryColor(rng, SrgbColor(rng.Pick(kBarks)), 0.1, 0.03);
+    bark_ = PickColor(rng, {0x7d766c, 0x6b5f52, 0x5f5348, 0x8a8478, 0x6a5a4a}, 0.1, 0.03);
     lichen_ = Draw(rng, 0.2, 0.7);
     lichen_color_ = SrgbColor(rng.Bernoulli(0.6) ? 0xa8aa98 : 0x93a07c);
     seed_ = DrawSeed(rng);
@@ -204,12 +181,10 @@ class SmoothBark final : public Carved<SmoothBark> {
     const Float8 n = Fbm3(Vec3x8(1.6f * p.x, p.y, p.z), 0.06f, 5, w, seed_ + 2, 0.6f);
     const Float8 spots =
         lichen_ * Above(Fbm3Filtered(p, 0.07f, 5, w, seed_ + 5, 0.6f), 0.22f, 0.08f);
-    SurfaceSample8 out;
     const Vec3x8 color = Vec3x8(bark_) * (1.0f + 0.3f * n) * (1.0f - 0.35f * Lenticels(p, w));
-    out.base_color = Albedo(Mix(color, Vec3x8(lichen_color_), spots));
-    out.roughness = Splat(0.85f);
-    out.specular = Splat(0.3f);
-    return out;
+    return {.base_color = Albedo(Mix(color, Vec3x8(lichen_color_), spots)),
+            .roughness = Splat(0.85f),
+            .specular = Splat(0.3f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -226,7 +201,6 @@ class SmoothBark final : public Carved<SmoothBark> {
 
   Vec3f bark_, lichen_color_;
   float lichen_;
-  uint32_t seed_;
 };
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Family `foliage`: the sheets of plants outdoors. Each leaf differs from its neighbours by the two
 // random numbers in its uv (Mesh::uv); texture x runs along it, y across from its midrib.
 #include <array>
-#include <cmath>
 
 #include "worker/materials/kernel/material_families.h"
 #include "worker/materials/kernel/surface.h"
@@ -9,10 +8,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Fbm3;
-using noise::Saturate;
-using noise::SmoothStep;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 // One kind of foliage. Leaves of a plant lie between `first` and `last` by way of `usual`.
 struct FoliageKind {
@@ -49,16 +45,14 @@ class Foliage final : public Carved<Foliage> {
     const Float8 n = Fbm3(point.texture_m, 0.02f, 4, w, seed_, 0.6f);
     const Float8 vein = Veins(point.texture_m.x, point.texture_m.y, w);
     color *= (1.0f + 0.22f * n) * (1.0f + 0.3f * own * (point.v - 0.5f));
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(color, color * 1.5f, kind_.veins * vein));
-    out.roughness = Saturate(roughness_ * (1.0f + 0.2f * n));
-    out.specular = Splat(0.35f);
-    out.subsurface = Splat(0.3f);
     // Veins are thick: dark against the light.
     const Vec3x8 passing{kind_.through[0] * color.x, kind_.through[1] * color.y,
                          kind_.through[2] * color.z};
-    out.transmitted_color = passing * (1.0f - 0.45f * kind_.veins * vein);
-    return out;
+    return {.base_color = Albedo(Mix(color, color * 1.5f, kind_.veins * vein)),
+            .roughness = Saturate(roughness_ * (1.0f + 0.2f * n)),
+            .specular = Splat(0.35f),
+            .subsurface = Splat(0.3f),
+            .transmitted_color = passing * (1.0f - 0.45f * kind_.veins * vein)};
   }
 
   auto HeightOf(const auto& point) const {
@@ -96,7 +90,6 @@ class Foliage final : public Carved<Foliage> {
   FoliageKind kind_;
   Vec3f first_, usual_, last_, odd_, mean_;
   float spacing_m_, slant_, roughness_;
-  uint32_t seed_;
 };
 
 // Light that has passed a leaf is yellower than what it reflects.

@@ -9,21 +9,13 @@
 namespace parallax {
 namespace {
 
-using noise::Above;
-using noise::Fade;
-using noise::Fbm3;
-using noise::Fbm3Filtered;
-using noise::Gradient3;
-using noise::Saturate;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 // Barkless wood that weather bleached, cracked along x, rotten brown in places.
 class DeadWood final : public Carved<DeadWood> {
  public:
   explicit DeadWood(Rng& rng) {
-    static constexpr std::array<uint32_t, 4> kWoods = {0x9a9084, 0x8a7a66, 0xa89a86, 0x7d7064};
-    wood_ = VaryColor(rng, SrgbColor(rng.Pick(kWoods)), 0.1, 0.03);
+    wood_ = PickColor(rng, {0x9a9084, 0x8a7a66, 0xa89a86, 0x7d7064}, 0.1, 0.03);
     rot_ = SrgbColor(0x5a4028);
     rotten_ = Draw(rng, 0.1, 0.45);
     crack_m_ = Draw(rng, 0.012, 0.022);
@@ -34,12 +26,10 @@ class DeadWood final : public Carved<DeadWood> {
     const Vec3x8& p = point.texture_m;
     const Float8 fibre = Fbm3(Vec3x8(0.08f * p.x, p.y, p.z), 0.012f, 4, w, seed_ + 2, 0.65f);
     const Float8 rot = rotten_ * Above(Fbm3Filtered(p, 0.25f, 5, w, seed_ + 5, 0.6f), 0.05f, 0.3f);
-    SurfaceSample8 out;
     const Vec3x8 color = Mix(Vec3x8(wood_), Vec3x8(rot_), rot) * (1.0f + 0.3f * fibre);
-    out.base_color = Albedo(color * (1.0f - 0.75f * Cracks(p, w)));
-    out.roughness = Splat(0.85f);
-    out.specular = Splat(0.3f);
-    return out;
+    return {.base_color = Albedo(color * (1.0f - 0.75f * Cracks(p, w))),
+            .roughness = Splat(0.85f),
+            .specular = Splat(0.3f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -63,15 +53,13 @@ class DeadWood final : public Carved<DeadWood> {
 
   Vec3f wood_, rot_;
   float rotten_, crack_m_;
-  uint32_t seed_;
 };
 
 // A log's sawn end: rings about the line y = z = 0, rays, checks that opened as it dried.
 class EndGrain final : public Carved<EndGrain> {
  public:
   explicit EndGrain(Rng& rng) {
-    static constexpr std::array<uint32_t, 4> kWoods = {0xb89468, 0xa37c52, 0xc2a57d, 0x93785c};
-    wood_ = VaryColor(rng, SrgbColor(rng.Pick(kWoods)), 0.1, 0.03);
+    wood_ = PickColor(rng, {0xb89468, 0xa37c52, 0xc2a57d, 0x93785c}, 0.1, 0.03);
     late_ = 0.62f * wood_;
     ring_m_ = Draw(rng, 0.0025, 0.006);
     grey_ = Draw(rng, 0.1, 0.7);
@@ -82,13 +70,11 @@ class EndGrain final : public Carved<EndGrain> {
     const Vec3x8& p = point.texture_m;
     const Float8 ring = Rings(p, w);
     const Float8 n = Fbm3(p, 0.05f, 5, w, seed_ + 2, 0.6f);
-    SurfaceSample8 out;
     const Vec3x8 color = Mix(Vec3x8(wood_), Vec3x8(late_), 0.5f + 0.45f * ring);
     const Float8 grey = grey_ * Above(Fbm3Filtered(p, 0.12f, 4, w, seed_ + 4, 0.6f), 0.0f, 0.35f);
-    out.base_color = Albedo(Mix(color, SrgbColor(0x8a857c), grey) * (1.0f + 0.3f * n));
-    out.roughness = Splat(0.8f);
-    out.specular = Splat(0.3f);
-    return out;
+    return {.base_color = Albedo(Mix(color, SrgbColor(0x8a857c), grey) * (1.0f + 0.3f * n)),
+            .roughness = Splat(0.8f),
+            .specular = Splat(0.3f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -108,15 +94,13 @@ class EndGrain final : public Carved<EndGrain> {
 
   Vec3f wood_, late_;
   float ring_m_, grey_;
-  uint32_t seed_;
 };
 
 // Cushions of moss: soft lumps of tiny shoots, yellow-green on their heights.
 class Moss final : public Carved<Moss> {
  public:
   explicit Moss(Rng& rng) {
-    static constexpr std::array<uint32_t, 4> kGreens = {0x66752e, 0x586b2a, 0x73802f, 0x5a6a38};
-    tip_ = VaryColor(rng, SrgbColor(rng.Pick(kGreens)), 0.12, 0.05);
+    tip_ = PickColor(rng, {0x66752e, 0x586b2a, 0x73802f, 0x5a6a38}, 0.12, 0.05);
     deep_ = 0.35f * tip_;
     shoot_m_ = Draw(rng, 0.003, 0.006);
     seed_ = DrawSeed(rng);
@@ -126,13 +110,11 @@ class Moss final : public Carved<Moss> {
     const Vec3x8& p = point.texture_m;
     const Float8 shoots = Shoots(p, w);
     const Float8 broad = Fbm3(p, 0.09f, 4, w, seed_ + 3, 0.6f);
-    SurfaceSample8 out;
-    out.base_color =
-        Albedo(Mix(Vec3x8(deep_), Vec3x8(tip_), Saturate(0.25f + shoots)) * (1.0f + 0.35f * broad));
-    out.roughness = Splat(0.95f);
-    out.specular = Splat(0.15f);
-    out.sheen = Splat(0.3f);
-    return out;
+    return {.base_color = Albedo(Mix(Vec3x8(deep_), Vec3x8(tip_), Saturate(0.25f + shoots)) *
+                                 (1.0f + 0.35f * broad)),
+            .roughness = Splat(0.95f),
+            .specular = Splat(0.15f),
+            .sheen = Splat(0.3f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -152,15 +134,13 @@ class Moss final : public Carved<Moss> {
 
   Vec3f tip_, deep_;
   float shoot_m_;
-  uint32_t seed_;
 };
 
 // Mould, bits of leaves and bark in three sizes, small roots.
 class ForestFloor final : public Carved<ForestFloor> {
  public:
   explicit ForestFloor(Rng& rng) {
-    static constexpr std::array<uint32_t, 3> kEarths = {0x4a382a, 0x3f3024, 0x574330};
-    earth_ = VaryColor(rng, SrgbColor(rng.Pick(kEarths)), 0.12, 0.04);
+    earth_ = PickColor(rng, {0x4a382a, 0x3f3024, 0x574330}, 0.12, 0.04);
     leaf_ = VaryColor(rng, SrgbColor(0x8a6540), 0.12, 0.05);
     pale_ = VaryColor(rng, SrgbColor(0xa88c60), 0.1, 0.04);
     bit_m_ = Draw(rng, 0.014, 0.026);
@@ -180,16 +160,15 @@ class ForestFloor final : public Carved<ForestFloor> {
         0.75f + 0.25f * (0.7f + large * (SmoothStep(0.0f, 0.2f, a.f2 - a.f1) - 0.7f));
     const Float8 crumb = 1.0f + 0.5f * small * (UnitByte(b.id, 0) - 0.5f);
     const Float8 n = Fbm3(p, 0.12f, 4, w, seed_ + 3, 0.6f);
-    SurfaceSample8 out;
     const Vec3x8 bit =
         Mix(Vec3x8(leaf_), Vec3x8(pale_), Saturate(2.0f * tone - 1.0f)) * (0.55f + 0.7f * tone);
     // The mean of `bit` over all tones.
     const Vec3x8 mean(0.6167f * leaf_ + 0.2833f * pale_);
     const Vec3x8 litter = Mix(mean, bit, large);
-    out.base_color = Albedo(Mix(Vec3x8(earth_) * crumb, litter, leaf) * edge * (1.0f + 0.3f * n));
-    out.roughness = Splat(0.92f);
-    out.specular = Splat(0.2f);
-    return out;
+    return {
+        .base_color = Albedo(Mix(Vec3x8(earth_) * crumb, litter, leaf) * edge * (1.0f + 0.3f * n)),
+        .roughness = Splat(0.92f),
+        .specular = Splat(0.2f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -202,16 +181,13 @@ class ForestFloor final : public Carved<ForestFloor> {
  private:
   Vec3f earth_, leaf_, pale_;
   float bit_m_, cover_;
-  uint32_t seed_;
 };
 
 // Weathered stone: broken faces, pits, lichen in discs; moss where it looks up.
 class MossyRock final : public Carved<MossyRock> {
  public:
   explicit MossyRock(Rng& rng) {
-    static constexpr std::array<uint32_t, 5> kStones = {0x8a8680, 0x77736e, 0x9a9284, 0x7d7a74,
-                                                        0x8f8274};
-    stone_ = VaryColor(rng, SrgbColor(rng.Pick(kStones)), 0.1, 0.02);
+    stone_ = PickColor(rng, {0x8a8680, 0x77736e, 0x9a9284, 0x7d7a74, 0x8f8274}, 0.1, 0.02);
     dark_ = 0.55f * stone_;
     lichen_color_ = SrgbColor(rng.Bernoulli(0.6) ? 0xb5b8a4 : 0xb09a55);
     lichen_ = Draw(rng, 0.3, 0.9);
@@ -238,13 +214,11 @@ class MossyRock final : public Carved<MossyRock> {
     const Float8 wet = SmoothStep(0.45f, 0.85f, Facing(point.normal, up_));
     const Float8 moss =
         moss_ * wet * Above(Fbm3Filtered(p, 0.22f, 6, w, seed_ + 9, 0.62f), 0.02f, 0.14f);
-    SurfaceSample8 out;
     Vec3x8 color = Mix(Vec3x8(dark_), Vec3x8(stone_), Saturate(0.62f + 0.5f * mottle));
     color = Mix(color * (1.0f + grain + 0.1f * Facets(p, w)), Vec3x8(lichen_color_), discs);
-    out.base_color = Albedo(Mix(color, kMossGreen * (1.0f + 0.6f * mottle), moss));
-    out.roughness = Saturate(0.85f + 0.1f * moss);
-    out.specular = Splat(0.3f);
-    return out;
+    return {.base_color = Albedo(Mix(color, kMossGreen * (1.0f + 0.6f * mottle), moss)),
+            .roughness = Saturate(0.85f + 0.1f * moss),
+            .specular = Splat(0.3f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -269,7 +243,6 @@ class MossyRock final : public Carved<MossyRock> {
 
   Vec3f stone_, dark_, lichen_color_, up_;
   float lichen_, moss_, facet_m_, grain_m_;
-  uint32_t seed_;
 };
 
 // Skin of a mushroom's cap or stem: satin, paler patches, fine fibres from the middle.
@@ -288,11 +261,10 @@ class MushroomSkin final : public Carved<MushroomSkin> {
     const Vec3x8& p = point.texture_m;
     const Float8 n = Fbm3(p, 0.02f, 4, w, seed_, 0.6f);
     const Float8 pale = Above(Fbm3Filtered(p, 0.035f, 4, w, seed_ + 2, 0.6f), 0.15f, 0.25f);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(Vec3x8(skin_), Vec3x8(pale_), 0.6f * pale) * (1.0f + 0.2f * n));
-    out.roughness = Saturate(roughness_ + 0.15f * n);
-    out.subsurface = Splat(0.4f);
-    return out;
+    return {
+        .base_color = Albedo(Mix(Vec3x8(skin_), Vec3x8(pale_), 0.6f * pale) * (1.0f + 0.2f * n)),
+        .roughness = Saturate(roughness_ + 0.15f * n),
+        .subsurface = Splat(0.4f)};
   }
   auto HeightOf(const auto& point) const {
     return 3e-4f * Fbm3(point.texture_m, 0.008f, 3, point.footprint_m, seed_ + 5, 0.6f);
@@ -301,7 +273,6 @@ class MushroomSkin final : public Carved<MushroomSkin> {
  private:
   Vec3f skin_, pale_;
   float roughness_;
-  uint32_t seed_;
 };
 
 }  // namespace

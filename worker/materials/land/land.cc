@@ -10,13 +10,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Fbm3;
-using noise::Gradient2;
-using noise::Gradient3;
-using noise::Saturate;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 // ---- Bedded rock
 
@@ -71,11 +65,9 @@ class StrataRock final : public Carved<StrataRock> {
         noise::Fbm3Filtered(Vec3x8(p.x, p.y, 0.05f * p.z), 2.7f, 3, w, seed_ + 6, 0.5f), 0.14f,
         0.22f);
     color = Mix(color, Vec3x8(varnish_), streaks_ * steep * run);
-    SurfaceSample8 out;
-    out.base_color = Albedo(color);
-    out.roughness = Saturate(0.88f + 0.08f * mottle);
-    out.specular = Splat(0.25f);
-    return out;
+    return {.base_color = Albedo(color),
+            .roughness = Saturate(0.88f + 0.08f * mottle),
+            .specular = Splat(0.25f)};
   }
 
   auto HeightOf(const auto& point) const {
@@ -142,7 +134,6 @@ class StrataRock final : public Carved<StrataRock> {
   std::array<Vec3f, 5> beds_;
   Vec3f varnish_;
   float bed_m_, band_m_, streaks_, grain_m_;
-  uint32_t seed_;
 };
 
 // ---- Sand
@@ -152,9 +143,7 @@ class StrataRock final : public Carved<StrataRock> {
 class DesertSand final : public Carved<DesertSand> {
  public:
   explicit DesertSand(Rng& rng) {
-    static constexpr std::array<uint32_t, 5> kSands = {0xd2a06c, 0xdcbd90, 0xc88a58, 0xe0cba6,
-                                                       0xcba678};
-    sand_ = VaryColor(rng, SrgbColor(rng.Pick(kSands)), 0.07, 0.03);
+    sand_ = PickColor(rng, {0xd2a06c, 0xdcbd90, 0xc88a58, 0xe0cba6, 0xcba678}, 0.07, 0.03);
     dark_ = sand_ * Draw(rng, 0.62, 0.78);
     grain_m_ = Draw(rng, 0.0007, 0.0012);
     ripple_m_ = Draw(rng, 0.09, 0.15);
@@ -173,12 +162,10 @@ class DesertSand final : public Carved<DesertSand> {
       tone = 0.7f * fade * (UnitByte(noise::Cells3(p / grain_m_, seed_).id, 0) - 0.5f);
     }
     const Float8 trough = Saturate(0.35f - 0.5f * ripple + 0.35f * broad);
-    SurfaceSample8 out;
-    out.base_color =
-        Albedo(Mix(Vec3x8(sand_), Vec3x8(dark_), trough) * (1.0f + tone) * (1.0f + 0.1f * broad));
-    out.roughness = Splat(0.95f);
-    out.specular = Splat(0.25f);
-    return out;
+    return {.base_color = Albedo(Mix(Vec3x8(sand_), Vec3x8(dark_), trough) * (1.0f + tone) *
+                                 (1.0f + 0.1f * broad)),
+            .roughness = Splat(0.95f),
+            .specular = Splat(0.25f)};
   }
 
   auto HeightOf(const auto& point) const {
@@ -209,7 +196,6 @@ class DesertSand final : public Carved<DesertSand> {
 
   Vec3f sand_, dark_;
   float grain_m_, ripple_m_, depth_m_;
-  uint32_t seed_;
 };
 
 // ---- Snow
@@ -267,7 +253,6 @@ class Snow final : public Carved<Snow> {
 
   Vec3f snow_, across_;
   float wave_m_;
-  uint32_t seed_;
 };
 
 // ---- Caves
@@ -301,11 +286,9 @@ class CaveRock final : public Carved<CaveRock> {
     color = Mix(color, sinter_ * (1.0f + 0.35f * flow), 0.75f * covered);
     const Float8 wet =
         wet_ * noise::Above(noise::Fbm3Filtered(down, 1.1f, 4, w, seed_ + 5, 0.6f), 0.16f, 0.15f);
-    SurfaceSample8 out;
-    out.base_color = Albedo(color * (1.0f - 0.38f * wet) * (1.0f + 0.15f * flow));
-    out.roughness = Saturate(0.8f - 0.5f * wet + 0.1f * mottle);
-    out.specular = Splat(0.4f);
-    return out;
+    return {.base_color = Albedo(color * (1.0f - 0.38f * wet) * (1.0f + 0.15f * flow)),
+            .roughness = Saturate(0.8f - 0.5f * wet + 0.1f * mottle),
+            .specular = Splat(0.4f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -331,7 +314,6 @@ class CaveRock final : public Carved<CaveRock> {
 
   Vec3f stone_, stain_, sinter_;
   float wet_;
-  uint32_t seed_;
 };
 
 // ---- Skins of desert plants
@@ -365,12 +347,10 @@ class SucculentSkin final : public Carved<SucculentSkin> {
     const Float8 across = 0.5f + own * (Saturate(point.u) - 0.5f);
     Vec3x8 color = skin_ * ((1.12f - 0.4f * across) * (1.0f + 0.25f * n));
     color = Mix(color, Vec3x8(scar_), 0.6f * scars);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(color, Vec3x8(spot_), 0.8f * Spots(point)));
-    out.roughness = Saturate(0.5f + 0.2f * n + 0.2f * scars);
-    out.specular = Splat(0.35f);
-    out.subsurface = Splat(0.3f);
-    return out;
+    return {.base_color = Albedo(Mix(color, Vec3x8(spot_), 0.8f * Spots(point))),
+            .roughness = Saturate(0.5f + 0.2f * n + 0.2f * scars),
+            .specular = Splat(0.35f),
+            .subsurface = Splat(0.3f)};
   }
   auto HeightOf(const auto& point) const {
     return 8e-4f * Fbm3(point.texture_m, 0.03f, 4, point.footprint_m, seed_ + 6, 0.6f);
@@ -389,7 +369,6 @@ class SucculentSkin final : public Carved<SucculentSkin> {
 
   bool margins_;
   Vec3f skin_, spot_, scar_;
-  uint32_t seed_;
 };
 
 }  // namespace

@@ -7,14 +7,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Fbm3;
-using noise::Gradient2;
-using noise::Gradient3;
-using noise::Hash;
-using noise::Saturate;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 // A midrib along x (v = 0) and side veins that leave it forwards; mottled, waxy or dull.
 class Leaf final : public Carved<Leaf> {
@@ -38,13 +31,11 @@ class Leaf final : public Carved<Leaf> {
     const Float8 n = Fbm3(p, 0.03f, 5, w, seed_, 0.6f);
     const Float8 aged =
         mottle_ * noise::Above(noise::Fbm3Filtered(p, 0.05f, 4, w, seed_ + 3), 0.3f, 0.5f);
-    SurfaceSample8 out;
     Vec3x8 color = Mix(blade_ * (1.0f + 0.2f * n), patch_, aged);
-    out.base_color = Albedo(Mix(color, vein_, 0.7f * vein));
-    out.roughness = Saturate(roughness_ * (1.0f + 0.2f * n + 0.15f * vein));
-    out.subsurface = Splat(0.5f);
-    out.specular = Splat(0.4f);
-    return out;
+    return {.base_color = Albedo(Mix(color, vein_, 0.7f * vein)),
+            .roughness = Saturate(roughness_ * (1.0f + 0.2f * n + 0.15f * vein)),
+            .specular = Splat(0.4f),
+            .subsurface = Splat(0.5f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -69,16 +60,13 @@ class Leaf final : public Carved<Leaf> {
 
   Vec3f blade_, vein_, patch_;
   float spacing_m_, slant_, roughness_, mottle_;
-  uint32_t seed_;
 };
 
 // Plates along x with deep cracks between; lichen on some.
 class Bark final : public Carved<Bark> {
  public:
   explicit Bark(Rng& rng) {
-    static constexpr std::array<uint32_t, 5> kBarks = {0x6b5644, 0x54463a, 0x7f7264, 0x8f8577,
-                                                       0x4a3a2e};
-    bark_ = VaryColor(rng, SrgbColor(rng.Pick(kBarks)), 0.15, 0.04);
+    bark_ = PickColor(rng, {0x6b5644, 0x54463a, 0x7f7264, 0x8f8577, 0x4a3a2e}, 0.15, 0.04);
     deep_ = bark_ * 0.3f;
     lichen_ = rng.Bernoulli(0.5) ? Draw(rng, 0.2, 0.7) : 0.0f;
     plate_m_ = Draw(rng, 0.012, 0.035);
@@ -94,12 +82,10 @@ class Bark final : public Carved<Bark> {
     const Float8 green =
         lichen_ * noise::Above(noise::Fbm3Filtered(p, 0.12f, 5, w, seed_ + 5, 0.6f), 0.2f, 0.2f) *
         top;
-    SurfaceSample8 out;
     const Vec3x8 color = Mix(deep_, bark_, top) * (1.0f + 0.25f * fibre);
-    out.base_color = Albedo(Mix(color, SrgbColor(0x8f9a78), green));
-    out.roughness = Splat(0.95f);
-    out.specular = Splat(0.2f);
-    return out;
+    return {.base_color = Albedo(Mix(color, SrgbColor(0x8f9a78), green)),
+            .roughness = Splat(0.95f),
+            .specular = Splat(0.2f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -123,15 +109,13 @@ class Bark final : public Carved<Bark> {
 
   Vec3f bark_, deep_;
   float lichen_, plate_m_, stretch_, depth_m_;
-  uint32_t seed_;
 };
 
 // Crumbs in three sizes, bits of straw and grit.
 class Soil final : public Carved<Soil> {
  public:
   explicit Soil(Rng& rng) {
-    static constexpr std::array<uint32_t, 4> kSoils = {0x4a382b, 0x5f4a38, 0x36291f, 0x7a5f48};
-    earth_ = VaryColor(rng, SrgbColor(rng.Pick(kSoils)), 0.15, 0.05);
+    earth_ = PickColor(rng, {0x4a382b, 0x5f4a38, 0x36291f, 0x7a5f48}, 0.15, 0.05);
     grit_ = VaryColor(rng, SrgbColor(0xa89c8a), 0.15, 0.04);
     crumb_m_ = Draw(rng, 0.006, 0.014);
     stones_ = Draw(rng, 0.04, 0.22);
@@ -145,12 +129,10 @@ class Soil final : public Carved<Soil> {
     const Float8 fade = Fade(crumb_m_, w);
     const Float8 stone = noise::Lerp(stones_, noise::Unit(id) < stones_ ? 1.0f : 0.0f, fade);
     const Float8 own = 1.0f + 0.5f * fade * (UnitByte(Hash(1, id), 0) - 0.5f);
-    SurfaceSample8 out;
-    out.base_color =
-        Albedo(Mix(earth_, grit_, stone) * ((0.45f + 0.8f * top) * own * (1.0f + 0.25f * n)));
-    out.roughness = Splat(0.95f);
-    out.specular = Splat(0.25f);
-    return out;
+    return {.base_color = Albedo(Mix(earth_, grit_, stone) *
+                                 ((0.45f + 0.8f * top) * own * (1.0f + 0.25f * n))),
+            .roughness = Splat(0.95f),
+            .specular = Splat(0.25f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -177,16 +159,13 @@ class Soil final : public Carved<Soil> {
 
   Vec3f earth_, grit_;
   float crumb_m_, stones_;
-  uint32_t seed_;
 };
 
 // Lawn or moss seen as ground: tufts of blades, lit tips over dark roots.
 class Grass final : public Carved<Grass> {
  public:
   explicit Grass(Rng& rng) {
-    static constexpr std::array<uint32_t, 5> kGrasses = {0x5a7a35, 0x456b30, 0x7a8a45, 0x8a8550,
-                                                         0x3f5f3a};
-    tip_ = VaryColor(rng, SrgbColor(rng.Pick(kGrasses)), 0.15, 0.06);
+    tip_ = PickColor(rng, {0x5a7a35, 0x456b30, 0x7a8a45, 0x8a8550, 0x3f5f3a}, 0.15, 0.06);
     root_ = Mix(tip_ * 0.35f, SrgbColor(0x3a2f22), 0.4f);
     dry_ = SrgbColor(0xa89a5f);
     blade_m_ = Draw(rng, 0.003, 0.007);
@@ -201,12 +180,10 @@ class Grass final : public Carved<Grass> {
     const Float8 dry =
         dryness_ *
         noise::Above(noise::Fbm3Filtered(point.texture_m, 0.25f, 5, w, seed_ + 5), 0.2f, 0.3f);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(Mix(root_, tip_, Saturate(0.55f + 0.6f * blades)), dry_, dry) *
-                            (1.0f + 0.15f * broad));
-    out.roughness = Splat(0.8f);
-    out.specular = Splat(0.3f);
-    return out;
+    return {.base_color = Albedo(Mix(Mix(root_, tip_, Saturate(0.55f + 0.6f * blades)), dry_, dry) *
+                                 (1.0f + 0.15f * broad)),
+            .roughness = Splat(0.8f),
+            .specular = Splat(0.3f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -232,15 +209,13 @@ class Grass final : public Carved<Grass> {
 
   Vec3f tip_, root_, dry_;
   float blade_m_, dryness_;
-  uint32_t seed_;
 };
 
 // River stones or gravel, each its own stone.
 class Gravel final : public Carved<Gravel> {
  public:
   explicit Gravel(Rng& rng) {
-    static constexpr std::array<uint32_t, 4> kStones = {0x9a938a, 0x7f7a75, 0xb5a890, 0x8a8078};
-    stone_ = VaryColor(rng, SrgbColor(rng.Pick(kStones)), 0.12, 0.03);
+    stone_ = PickColor(rng, {0x9a938a, 0x7f7a75, 0xb5a890, 0x8a8078}, 0.12, 0.03);
     size_m_ = Draw(rng, 0.012, 0.03);
     spread_ = Draw(rng, 0.3, 0.8);
     seed_ = DrawSeed(rng);
@@ -256,12 +231,10 @@ class Gravel final : public Carved<Gravel> {
       warm = fade * 0.25f * spread_ * (UnitByte(cell.id, 1) - 0.5f);
     }
     const Float8 n = Fbm3(point.texture_m, 0.012f, 4, w, seed_ + 2, 0.6f);
-    SurfaceSample8 out;
     const Vec3x8 tint(1.0f + warm, Splat(1), 1.0f - warm);
-    out.base_color =
-        Albedo(stone_ * tint * ((1.0f + tone) * (0.3f + 0.85f * top) * (1.0f + 0.16f * n)));
-    out.roughness = Splat(0.75f);
-    return out;
+    return {.base_color =
+                Albedo(stone_ * tint * ((1.0f + tone) * (0.3f + 0.85f * top) * (1.0f + 0.16f * n))),
+            .roughness = Splat(0.75f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -288,7 +261,6 @@ class Gravel final : public Carved<Gravel> {
 
   Vec3f stone_;
   float size_m_, spread_;
-  uint32_t seed_;
 };
 
 // ---- Food
@@ -325,13 +297,11 @@ class FruitSkin final : public Carved<FruitSkin> {
       const noise::Cell8 cell = noise::Cells3(p / 0.0065f, seed_ + 5);
       dots += fade * (1.0f - SmoothStep(0.05f, 0.13f + w / 0.0065f, cell.f1) - 0.03f);
     }
-    SurfaceSample8 out;
-    out.base_color = Albedo(
-        Mix(Mix(ground_, blush_, Saturate(blush + 0.35f * streak)), dot_, 0.55f * Saturate(dots)) *
-        (1.0f + 0.06f * streak));
-    out.roughness = Saturate(roughness_ * (1.0f + 0.2f * streak));
-    out.subsurface = Splat(0.5f);
-    return out;
+    return {.base_color = Albedo(Mix(Mix(ground_, blush_, Saturate(blush + 0.35f * streak)), dot_,
+                                     0.55f * Saturate(dots)) *
+                                 (1.0f + 0.06f * streak)),
+            .roughness = Saturate(roughness_ * (1.0f + 0.2f * streak)),
+            .subsurface = Splat(0.5f)};
   }
   auto HeightOf(const auto& point) const {
     return 4e-5f * Fbm3(point.texture_m, 0.012f, 2, point.footprint_m, seed_ + 7);
@@ -340,15 +310,13 @@ class FruitSkin final : public Carved<FruitSkin> {
  private:
   Vec3f ground_, blush_, dot_;
   float roughness_;
-  uint32_t seed_;
 };
 
 // Oranges and lemons: pits of oil.
 class CitrusPeel final : public Carved<CitrusPeel> {
  public:
   explicit CitrusPeel(Rng& rng) {
-    static constexpr std::array<uint32_t, 4> kPeels = {0xdd8a2a, 0xd9b836, 0x8fa83a, 0xd9703a};
-    peel_ = VaryColor(rng, SrgbColor(rng.Pick(kPeels)), 0.08, 0.04);
+    peel_ = PickColor(rng, {0xdd8a2a, 0xd9b836, 0x8fa83a, 0xd9703a}, 0.08, 0.04);
     pit_m_ = Draw(rng, 0.0014, 0.0028);
     seed_ = DrawSeed(rng);
   }
@@ -356,11 +324,9 @@ class CitrusPeel final : public Carved<CitrusPeel> {
     const Float8 w = point.footprint_m;
     const Float8 pit = Pits(point.texture_m, w);
     const Float8 n = Fbm3(point.texture_m, 0.03f, 4, w, seed_ + 2);
-    SurfaceSample8 out;
-    out.base_color = Albedo(peel_ * (1.0f - 0.3f * pit + 0.12f * n));
-    out.roughness = Saturate(0.4f + 0.1f * n);
-    out.subsurface = Splat(0.4f);
-    return out;
+    return {.base_color = Albedo(peel_ * (1.0f - 0.3f * pit + 0.12f * n)),
+            .roughness = Saturate(0.4f + 0.1f * n),
+            .subsurface = Splat(0.4f)};
   }
   auto HeightOf(const auto& point) const {
     return -0.12f * pit_m_ * Pits(point.texture_m, point.footprint_m);
@@ -378,7 +344,6 @@ class CitrusPeel final : public Carved<CitrusPeel> {
 
   Vec3f peel_;
   float pit_m_;
-  uint32_t seed_;
 };
 
 // Crust of bread and biscuits: browned on the heights, floury in the cracks, blisters.
@@ -399,12 +364,10 @@ class BreadCrust final : public Carved<BreadCrust> {
         noise::Above(noise::Fbm3Filtered(p, 0.04f, 6, w, seed_, 0.6f), -bake_, 0.55f);
     const Float8 dust =
         flour_ * noise::Above(noise::Fbm3Filtered(p, 0.05f, 5, w, seed_ + 4, 0.62f), 0.3f, 0.25f);
-    SurfaceSample8 out;
-    out.base_color = Albedo(
-        Mix(Mix(crumb_, crust_, brown) * (1.0f + 0.08f * n), Vec3f(0.75f, 0.71f, 0.62f), dust));
-    out.roughness = Saturate(0.6f + 0.1f * n + 0.3f * dust);
-    out.specular = Splat(0.35f);
-    return out;
+    return {.base_color = Albedo(Mix(Mix(crumb_, crust_, brown) * (1.0f + 0.08f * n),
+                                     Vec3f(0.75f, 0.71f, 0.62f), dust)),
+            .roughness = Saturate(0.6f + 0.1f * n + 0.3f * dust),
+            .specular = Splat(0.35f)};
   }
   auto HeightOf(const auto& point) const {
     return 8e-4f * Fbm3(point.texture_m, 0.015f, 4, point.footprint_m, seed_, 0.55f);
@@ -413,7 +376,6 @@ class BreadCrust final : public Carved<BreadCrust> {
  private:
   Vec3f crumb_, crust_;
   float bake_, flour_;
-  uint32_t seed_;
 };
 
 }  // namespace

@@ -8,12 +8,7 @@
 namespace parallax {
 namespace {
 
-using noise::Fade;
-using noise::Fbm3;
-using noise::Gradient3;
-using noise::Saturate;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 // Grains of quartz, each its own tint, in ripples that the wind left; darker where it is damp, here
 // and there a bit of shell.
@@ -55,11 +50,9 @@ class Sand final : public Carved<Sand> {
     Vec3x8 color = Mix(sand_, damp_, damp);
     color *= (1.0f + tone) * (0.62f + 0.6f * lit) * (1.0f + 0.1f * broad + 0.14f * crest) *
              (1.0f - dark);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(color, shell_, Shells(p, w)));
-    out.roughness = Saturate(0.95f - 0.35f * damp);
-    out.specular = Splat(0.3f);
-    return out;
+    return {.base_color = Albedo(Mix(color, shell_, Shells(p, w))),
+            .roughness = Saturate(0.95f - 0.35f * damp),
+            .specular = Splat(0.3f)};
   }
 
   auto HeightOf(const auto& point) const {
@@ -110,7 +103,6 @@ class Sand final : public Carved<Sand> {
 
   Vec3f sand_, damp_, shell_, across_;
   float grain_m_, spread_, ripple_m_, depth_m_, wet_, shells_;
-  uint32_t seed_;
 };
 
 // Broken rock: beds that lean, joints across them, facets where it split, crystals, veins of quartz
@@ -169,11 +161,9 @@ class Rock final : public Carved<Rock> {
     const Float8 lichen =
         lichen_ *
         noise::Above(noise::Fbm3Filtered(p, 0.035f, 5, w, seed_ + 7, 0.62f), 0.34f, 0.07f);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(color, lichen_color_ * (1.0f + 0.2f * mottle), lichen));
-    out.roughness = Saturate(0.82f + 0.12f * mottle + 0.1f * lichen);
-    out.specular = Splat(0.35f);
-    return out;
+    return {.base_color = Albedo(Mix(color, lichen_color_ * (1.0f + 0.2f * mottle), lichen)),
+            .roughness = Saturate(0.82f + 0.12f * mottle + 0.1f * lichen),
+            .specular = Splat(0.35f)};
   }
 
   auto HeightOf(const auto& point) const {
@@ -237,7 +227,6 @@ class Rock final : public Carved<Rock> {
 
   Vec3f light_, dark_, weathered_, vein_, lichen_color_, up_;
   float facet_m_, bed_m_, bedding_, veins_, lichen_, crystal_m_, sparkle_;
-  uint32_t seed_;
 };
 
 }  // namespace

@@ -10,21 +10,13 @@
 namespace parallax {
 namespace {
 
-using noise::Above;
-using noise::Fade;
-using noise::Fbm3;
-using noise::Fbm3Filtered;
-using noise::Gradient3;
-using noise::Saturate;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 // A pool's surface: dark, with motes and the ripples that a breath of wind makes.
 class StillWater final : public Carved<StillWater> {
  public:
   explicit StillWater(Rng& rng) {
-    static constexpr std::array<uint32_t, 4> kWaters = {0x2c3a34, 0x24343c, 0x3c3a28, 0x1e2c30};
-    water_ = VaryColor(rng, SrgbColor(rng.Pick(kWaters)), 0.15, 0.05);
+    water_ = PickColor(rng, {0x2c3a34, 0x24343c, 0x3c3a28, 0x1e2c30}, 0.15, 0.05);
     mote_ = SrgbColor(0x8f8a70);
     ripple_m_ = Draw(rng, 0.03, 0.08);
     seed_ = DrawSeed(rng);
@@ -34,12 +26,10 @@ class StillWater final : public Carved<StillWater> {
     const Vec3x8& p = point.texture_m;
     const Float8 cloud = Fbm3(p, 0.09f, 4, w, seed_ + 2, 0.6f);
     const Float8 motes = 0.7f * Above(Fbm3Filtered(p, 0.012f, 3, w, seed_ + 3, 0.6f), 0.42f, 0.06f);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(water_ * (1.0f + 0.4f * cloud), Vec3x8(mote_), motes));
-    out.roughness = Splat(0.08f) + 0.5f * motes;
-    out.specular = Splat(0.255f);
-    out.ior = Splat(1.333f);
-    return out;
+    return {.base_color = Albedo(Mix(water_ * (1.0f + 0.4f * cloud), Vec3x8(mote_), motes)),
+            .roughness = Splat(0.08f) + 0.5f * motes,
+            .specular = Splat(0.255f),
+            .ior = Splat(1.333f)};
   }
   auto HeightOf(const auto& point) const {
     return 0.012f * ripple_m_ * Fbm3(point.texture_m, ripple_m_, 3, point.footprint_m, seed_, 0.5f);
@@ -48,7 +38,6 @@ class StillWater final : public Carved<StillWater> {
  private:
   Vec3f water_, mote_;
   float ripple_m_;
-  uint32_t seed_;
 };
 
 // Snow that wind has packed: a crust in scales and low ridges, grains below.
@@ -72,13 +61,11 @@ class PackedSnow final : public Carved<PackedSnow> {
     if (Any(fine > 0)) {
       grain = 0.12f * fine * (UnitByte(noise::Cells3(p / grain_m_, seed_ + 6).id, 0) - 0.5f);
     }
-    SurfaceSample8 out;
     const Float8 lit = Saturate(0.8f + 0.42f * crust + 0.16f * broad);
-    out.base_color = Albedo(Mix(Vec3x8(shade_), Vec3x8(snow_), lit) * (1.0f + grain));
-    out.roughness = Splat(0.9f);
-    out.specular = Splat(0.2f);
-    out.subsurface = Splat(0.5f);
-    return out;
+    return {.base_color = Albedo(Mix(Vec3x8(shade_), Vec3x8(snow_), lit) * (1.0f + grain)),
+            .roughness = Splat(0.9f),
+            .specular = Splat(0.2f),
+            .subsurface = Splat(0.5f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -108,7 +95,6 @@ class PackedSnow final : public Carved<PackedSnow> {
 
   Vec3f snow_, shade_, wind_;
   float crust_m_, grain_m_;
-  uint32_t seed_;
 };
 
 // Ice of the sea or of a glacier: blue in its depth, white with bubbles in layers, cracked; snow on
@@ -132,14 +118,12 @@ class SeaIce final : public Carved<SeaIce> {
     const Float8 crack = Cracks(p, w);
     const Float8 white = Saturate(0.45f + 0.7f * layers + 0.5f * bubbles + 0.7f * crack);
     const Float8 up = SmoothStep(0.55f, 0.85f, point.normal.z + 0.25f * bubbles);
-    SurfaceSample8 out;
     Vec3x8 color = Mix(Vec3x8(blue_), Vec3x8(white_), white);
     color = Mix(color, Vec3x8(snow_) * (1.0f + 0.1f * bubbles), up);
-    out.base_color = Albedo(color);
-    out.roughness = Saturate(0.28f + 0.3f * white + 0.35f * up);
-    out.specular = Splat(0.25f);
-    out.subsurface = Splat(0.6f);
-    return out;
+    return {.base_color = Albedo(color),
+            .roughness = Saturate(0.28f + 0.3f * white + 0.35f * up),
+            .specular = Splat(0.25f),
+            .subsurface = Splat(0.6f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -172,7 +156,6 @@ class SeaIce final : public Carved<SeaIce> {
 
   Vec3f blue_, white_, snow_;
   float layer_m_, facet_m_;
-  uint32_t seed_;
 };
 
 // Sheets of the sea's litter: each piece its own tint, by the random number in its uv.
@@ -191,13 +174,11 @@ class SeaLitter final : public Carved<SeaLitter> {
     const Float8 w = point.footprint_m;
     const Float8 own = Fade(1.0f, point.footprint_uv);
     const Float8 bands = Fbm3(point.texture_m, kind_.band_m, 3, w, seed_, 0.6f);
-    SurfaceSample8 out;
     const Vec3x8 color = Mix(Vec3x8(first_), Vec3x8(last_), 0.5f + own * (point.u - 0.5f));
-    out.base_color =
-        Albedo(color * ((1.0f + 0.45f * bands) * (1.0f + 0.5f * own * (point.v - 0.5f))));
-    out.roughness = Saturate(kind_.roughness * (1.0f + 0.3f * bands));
-    out.specular = Splat(kind_.specular);
-    return out;
+    return {.base_color =
+                Albedo(color * ((1.0f + 0.45f * bands) * (1.0f + 0.5f * own * (point.v - 0.5f)))),
+            .roughness = Saturate(kind_.roughness * (1.0f + 0.3f * bands)),
+            .specular = Splat(kind_.specular)};
   }
   auto HeightOf(const auto& point) const {
     return 2e-4f *
@@ -207,7 +188,6 @@ class SeaLitter final : public Carved<SeaLitter> {
  private:
   const Kind kind_;
   Vec3f first_, last_;
-  uint32_t seed_;
 };
 
 constexpr SeaLitter::Kind kShell = {{0xe6dccb, 0xcdb79a, 0x7d7f8c, 0xd8b8a4}, 0.006f, 0.4f, 0.45f};

@@ -7,13 +7,7 @@
 namespace parallax {
 namespace {
 
-using noise::Cells3;
-using noise::Fade;
-using noise::Fbm3;
-using noise::Gradient3;
-using noise::Saturate;
-using noise::SmoothStep;
-using noise::UnitByte;
+using namespace noise;  // NOLINT: the vocabulary of patterns.
 
 // Veins are where warped noise passes through zero: strong ones, and a finer net between.
 class Marble final : public Carved<Marble> {
@@ -56,14 +50,12 @@ class Marble final : public Carved<Marble> {
     // A vein comes and goes along its way.
     const Float8 present = SmoothStep(-0.35f, 0.45f, twist);
     const Float8 crystal = 0.05f * Fade(2e-3f, w) * Gradient3(point.texture_m * 700.0f, seed_ + 3);
-    SurfaceSample8 out;
     Vec3x8 color = Mix(ground_, cloud_, cloud);
     color = Mix(color, vein_,
                 Saturate(strength_ * (big * (0.35f + 0.65f * present) + 0.4f * small * present)));
-    out.base_color = Albedo(color * (1.0f + crystal));
-    out.roughness = Saturate(roughness_ * (1.0f + 0.5f * big));
-    out.subsurface = Splat(0.5f);
-    return out;
+    return {.base_color = Albedo(color * (1.0f + crystal)),
+            .roughness = Saturate(roughness_ * (1.0f + 0.5f * big)),
+            .subsurface = Splat(0.5f)};
   }
   auto HeightOf(const auto& point) const {
     return 1.2e-5f * Fbm3(point.texture_m, 0.03f, 3, point.footprint_m, seed_ + 5);
@@ -80,7 +72,6 @@ class Marble final : public Carved<Marble> {
 
   Vec3f ground_, cloud_, vein_, bedding_;
   float scale_m_, thickness_, strength_, roughness_;
-  uint32_t seed_;
 };
 
 // Grains of feldspar, quartz and mica, in two sizes.
@@ -129,10 +120,8 @@ class Granite final : public Carved<Granite> {
                                    0.12f * Gradient3(q * 9.0f, seed_ + 5));
       color = Mix(mean_, grain, fade);
     }
-    SurfaceSample8 out;
-    out.base_color = Albedo(color * (1.0f + 0.1f * drift));
-    out.roughness = Saturate(roughness_ * (1.0f + 0.5f * fade * mica));
-    return out;
+    return {.base_color = Albedo(color * (1.0f + 0.1f * drift)),
+            .roughness = Saturate(roughness_ * (1.0f + 0.5f * fade * mica))};
   }
   auto HeightOf(const auto& point) const {
     return 2e-5f * Fbm3(point.texture_m, grain_m_, 3, point.footprint_m, seed_ + 6) *
@@ -144,16 +133,13 @@ class Granite final : public Carved<Granite> {
   std::array<Vec3f, 4> grains_;
   Vec3f mean_;
   float grain_m_, roughness_;
-  uint32_t seed_;
 };
 
 // Split along its layers: flat terraces with small cliffs between.
 class Slate final : public Carved<Slate> {
  public:
   explicit Slate(Rng& rng) {
-    static constexpr std::array<uint32_t, 5> kSlates = {0x4a5057, 0x3a3d42, 0x5a6460, 0x6a5a5c,
-                                                        0x7a7f80};
-    stone_ = VaryColor(rng, SrgbColor(rng.Pick(kSlates)), 0.15, 0.03);
+    stone_ = PickColor(rng, {0x4a5057, 0x3a3d42, 0x5a6460, 0x6a5a5c, 0x7a7f80}, 0.15, 0.03);
     rust_ = VaryColor(rng, SrgbColor(0x8a6a4a), 0.1, 0.04);
     rusty_ = rng.Bernoulli(0.4) ? Draw(rng, 0.2, 0.6) : 0.0f;
     roughness_ = Draw(rng, 0.45, 0.65);
@@ -165,11 +151,9 @@ class Slate final : public Carved<Slate> {
     const Float8 level = Terraces(p, w);
     const Float8 n = Fbm3(p, 0.09f, 5, w, seed_ + 3, 0.6f);
     const Float8 stain = rusty_ * SmoothStep(0.0f, 0.7f, Fbm3(p, 0.2f, 4, w, seed_ + 9));
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(stone_ * (0.85f + 0.25f * level + 0.28f * n), rust_, stain));
-    out.roughness = Saturate(roughness_ * (1.0f + 0.2f * n));
-    out.specular = Splat(0.45f);
-    return out;
+    return {.base_color = Albedo(Mix(stone_ * (0.85f + 0.25f * level + 0.28f * n), rust_, stain)),
+            .roughness = Saturate(roughness_ * (1.0f + 0.2f * n)),
+            .specular = Splat(0.45f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -188,16 +172,13 @@ class Slate final : public Carved<Slate> {
 
   Vec3f stone_, rust_;
   float rusty_, roughness_;
-  uint32_t seed_;
 };
 
 // Beds of sand across z, each with its own tint; gritty.
 class Sandstone final : public Carved<Sandstone> {
  public:
   explicit Sandstone(Rng& rng) {
-    static constexpr std::array<uint32_t, 5> kSands = {0xd0b48a, 0xc79a6b, 0xb9876a, 0xcfc3a8,
-                                                       0xa8967c};
-    sand_ = VaryColor(rng, SrgbColor(rng.Pick(kSands)), 0.12, 0.04);
+    sand_ = PickColor(rng, {0xd0b48a, 0xc79a6b, 0xb9876a, 0xcfc3a8, 0xa8967c}, 0.12, 0.04);
     dark_ = sand_.cwiseProduct(Vec3f(0.72f, 0.62f, 0.55f));
     bed_m_ = Draw(rng, 0.008, 0.04);
     banding_ = Draw(rng, 0.2, 0.9);
@@ -210,12 +191,10 @@ class Sandstone final : public Carved<Sandstone> {
     const Float8 bed = Bed(point.texture_m, w);
     const Float8 n = Fbm3(point.texture_m, 0.1f, 6, w, seed_ + 2, 0.6f);
     const Float8 grain = Fade(1.2e-3f, w) * Gradient3(point.texture_m * 900.0f, seed_ + 8);
-    SurfaceSample8 out;
-    out.base_color = Albedo(Mix(sand_, dark_, Saturate(0.35f + banding_ * bed)) *
-                            (1.0f + 0.16f * n + 0.16f * grain));
-    out.roughness = Splat(0.9f);
-    out.specular = Splat(0.3f);
-    return out;
+    return {.base_color = Albedo(Mix(sand_, dark_, Saturate(0.35f + banding_ * bed)) *
+                                 (1.0f + 0.16f * n + 0.16f * grain)),
+            .roughness = Splat(0.9f),
+            .specular = Splat(0.3f)};
   }
   auto HeightOf(const auto& point) const {
     const Float8 w = point.footprint_m;
@@ -236,7 +215,6 @@ class Sandstone final : public Carved<Sandstone> {
 
   Vec3f sand_, dark_;
   float bed_m_, banding_, tilt_x_, tilt_y_;
-  uint32_t seed_;
 };
 
 }  // namespace

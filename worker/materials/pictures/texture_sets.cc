@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "common/base/hash.h"
-#include "common/base/system/file.h"
 #include "common/image/io.h"
 #include "common/image/jpeg.h"
 #include "worker/materials/pictures/pbr_material.h"

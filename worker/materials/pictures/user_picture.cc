@@ -22,11 +22,9 @@ class UserPicture final : public PointMaterial {
   SurfaceSample EvaluatePoint(const SurfacePoint& point) const override {
     // Pictures are taken to be half a metre wide where the renderer doesn't know.
     const float width = point.footprint_uv > 0 ? point.footprint_uv : 2 * point.footprint_m;
-    SurfaceSample out;
-    out.base_color =
-        picture_.At(noise::Saturate(point.uv.x()), noise::Saturate(point.uv.y()), width);
-    out.roughness = roughness_;
-    return out;
+    return {.base_color =
+                picture_.At(noise::Saturate(point.uv.x()), noise::Saturate(point.uv.y()), width),
+            .roughness = roughness_};
   }
 
  private:

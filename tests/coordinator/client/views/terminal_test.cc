@@ -10,9 +10,7 @@ namespace parallax::client {
 namespace {
 
 Terminal On(std::ostream& stream, bool interactive, int columns = 80, int rows = 24) {
-  Terminal terminal;
-  terminal.stream = &stream;
-  terminal.interactive = interactive;
+  Terminal terminal{.stream = &stream, .interactive = interactive};
   terminal.size = [=] { return TerminalSize{columns, rows}; };
   return terminal;
 }
@@ -86,7 +84,7 @@ TEST(LiveBlock, DrawsNothingWhereNobodyLooks) {
 
 TEST(Table, AlignsColumnsWithoutTrailingSpace) {
   std::ostringstream stream;
-  Table table({{"NAME"}, {"N", Align::kRight}, {"DETAIL"}});
+  Table table({"NAME", Right("N"), "DETAIL"});
   table.AddRow({"a", "1", "x"});
   table.AddRow({"long", "100"});
   table.Print(On(stream, false));
@@ -98,7 +96,7 @@ TEST(Table, AlignsColumnsWithoutTrailingSpace) {
 
 TEST(Table, IsCutOnlyOnAScreen) {
   std::ostringstream narrow;
-  Table table({{"NAME"}, {"DETAIL"}});
+  Table table({"NAME", "DETAIL"});
   table.AddRow({"a", "a very long text"});
   table.Print(On(narrow, true, 12));
   EXPECT_EQ(narrow.str(), "NAME  DETAIL\na     a very\n");

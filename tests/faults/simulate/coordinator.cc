@@ -54,7 +54,7 @@ SimCoordinator::~SimCoordinator() {
 
 VfsPlan SimCoordinator::DrawPlan() {
   VfsPlan plan{.lose_unsynced = true, .seed = dice_.Bits64()};
-  dies_at_.reset();
+  end_chance_ = 0;
   if (!world_.has_faults || IsInCrashLoop()) return plan;
   // Some lives end at one of the operations on files, others at a step of a command, if they come
   // so far.
@@ -62,11 +62,7 @@ VfsPlan SimCoordinator::DrawPlan() {
     plan.die_at = dice_.UniformInt(1, dice_.Bernoulli(0.3) ? 60 : 3000);
     plan.lose_unsynced = dice_.Bernoulli(world_.knobs.power_cut_p);
   } else if (world_.knobs.coordinator_life_s > 0 && dice_.Bernoulli(0.8)) {
-    std::vector<std::string> seldom;  // Commands that most runs have not.
-    if (world_.knobs.has_files) seldom = {"repair", "repair", "scrub", "forget_litter"};
-    if (world_.knobs.has_search) seldom.push_back("search");
-    if (world_.knobs.has_stream) seldom.push_back("stream");
-    dies_at_ = Points::Draw(seldom, dice_);
+    end_chance_ = 0.1 * Power(0.002, dice_.Uniform());
     dies_of_power_ = dice_.Bernoulli(world_.knobs.power_cut_p);
   }
   if (world_.knobs.disk_errs && dice_.Bernoulli(0.7)) {
@@ -81,7 +77,9 @@ VfsPlan SimCoordinator::DrawPlan() {
 // Some lives end at a fail point of the queue.
 absl::Status SimCoordinator::Pass(const std::string& command, int step) {
   if (VfsHasEnded()) throw ProcessEnds();
-  if (!world_.has_faults || !points_.Pass({command, step}, *dies_at_)) return absl::OkStatus();
+  if (!world_.has_faults || !points_.Pass(command, step, end_chance_, dice_)) {
+    return absl::OkStatus();
+  }
   world_.story.Tell("coordinator: is at step {} of {}", step, command);
   EndVfs(dies_of_power_);
   throw ProcessEnds();
@@ -138,7 +136,7 @@ absl::Status SimCoordinator::OpenQueue() {
   options.clock = &clock_;
   options.kinds = &Kinds();
   options.versions = versions();
-  if (dies_at_) {
+  if (end_chance_ > 0) {
     options.fail_point = [this](const std::string& command, int step) {
       return Pass(command, step);
     };
@@ -174,7 +172,7 @@ absl::Status SimCoordinator::OpenOrPutBack() {
                     (world_.knobs.lie != Lie::kOlder || backup_ != nullptr);
   if (!lies) return OpenQueue();
   SetVfsPlan({.lose_unsynced = true, .seed = dice_.Bits64()});
-  dies_at_.reset();
+  end_chance_ = 0;
   const std::string what = liar_.Tell(world_.knobs.lie, dice_, clock_.UnixSeconds());
   model_.DiskLies();
   world_.story.Tell("coordinator: {}", what);

@@ -138,7 +138,7 @@ class SimCoordinator final : public JobQueueObserver {
   std::map<std::string, std::string> process_of_;
   std::set<int64_t> told_;  // Studies of whose end the operator has heard.
   Points points_;
-  std::optional<Points::Point> dies_at_;  // In this life.
+  double end_chance_ = 0;  // At a step of a command in this life; 0: it has no such end.
   bool dies_of_power_ = false;
   int release_ = 0;
   std::unique_ptr<QueueModel> backup_;  // The model when the backup was made.

@@ -6,40 +6,36 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <string>
-#include <vector>
+#include <string_view>
 
 #include "common/base/rng.h"
 #include "coordinator/queue/database/fail_point.h"
-#include "tests/faults/simulate/exact_math.h"
 
 namespace parallax::faults {
 
 struct Points {
   static constexpr int kMostSteps = 63;  // Later steps of a command count as the last.
-  struct Point {
-    std::string command;
-    int step = 1;
-  };
+  // Commands that most runs have not, or a few times, and the chance that a life ends at a step of
+  // theirs. At steps of others it is another one in each life, a tenth of it around a COMMIT.
+  static constexpr std::array kSeldom = {"cancel", "pause", "resume", "retry",    "hand_back",
+                                         "limit",  "drain", "forget", "priority", "comment",
+                                         "repair", "scrub", "search", "stream",   "notice"};
+  static constexpr double kSeldomChance = 0.1;
   using Bits = std::array<uint64_t, kFailPointCommands.size()>;
 
-  // Returns a point of any command, half of the times of one of `seldom`. Early steps come oftener:
-  // most commands have few.
-  static Point Draw(const std::vector<std::string>& seldom, Rng& dice) {
-    const std::vector<std::string> all(kFailPointCommands.begin(), kFailPointCommands.end());
-    return {dice.Pick(seldom.empty() || dice.Bernoulli(0.5) ? all : seldom),
-            static_cast<int>(Power(kMostSteps, dice.Uniform() * dice.Uniform()))};
-  }
-  // Notes that a life has come to a point. Returns whether it is the one at which it ends.
-  bool Pass(const Point& at, const Point& end) {
-    const auto command = static_cast<size_t>(
-        std::find(kFailPointCommands.begin(), kFailPointCommands.end(), at.command) -
+  // Notes that a life has come to a step. Returns whether it ends there; `chance`: see above.
+  bool Pass(std::string_view command, int step, double chance, Rng& dice) {
+    const auto place = static_cast<size_t>(
+        std::find(kFailPointCommands.begin(), kFailPointCommands.end(), command) -
         kFailPointCommands.begin());
-    if (command == seen.size()) return false;  // A write of the start itself.
-    const uint64_t bit = uint64_t{1} << std::min(at.step, kMostSteps);
-    seen[command] |= bit;
-    const bool ends = at.command == end.command && at.step == end.step;
-    if (ends) died[command] |= bit;
+    if (place == seen.size()) return false;  // A write of the start itself.
+    const uint64_t bit = uint64_t{1} << std::min(step, kMostSteps);
+    seen[place] |= bit;
+    const bool seldom = std::find(kSeldom.begin(), kSeldom.end(), command) != kSeldom.end();
+    const bool ends = dice.Bernoulli(seldom                ? kSeldomChance
+                                     : command == "commit" ? chance / 10
+                                                           : chance);
+    if (ends) died[place] |= bit;
     return ends;
   }
   static int CountOf(const Bits& bits) {

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "worker/train/hidden_pixels.h"
 #include "worker/train/network/checkpoint.h"
 
 namespace parallax {
@@ -16,7 +17,6 @@ namespace {
 namespace F = torch::nn::functional;
 using torch::Tensor;
 
-// A second look pays from this enlargement on.
 // The nearest things decide how far a pair may be enlarged: this part of the first disparities is
 // not larger than theirs, and the search goes somewhat beyond them.
 constexpr double kNearestShare = 0.995, kDisparityMargin = 1.1;
@@ -81,7 +81,10 @@ struct Predictor::State {
   int trained_disparity = 192;
   bool one_scale = false;  // It was trained at one scale, and is not shown another.
 
-  // One pass of the network. Disparities are in pixels of the input.
+  // One pass or, where it pays, the second of two. Disparities are in pixels of the input.
+  absl::StatusOr<ImageF> Look(const ImageRgb8& left, const ImageRgb8& right,
+                              const PredictOptions& options) const;
+  // One pass at this size.
   absl::StatusOr<ImageF> See(const ImageRgb8& left, const ImageRgb8& right,
                              const NetworkSize& size) const;
 };
@@ -114,6 +117,20 @@ absl::StatusOr<ImageF> Predictor::State::See(const ImageRgb8& left, const ImageR
   return result;
 }
 
+absl::StatusOr<ImageF> Predictor::State::Look(const ImageRgb8& left, const ImageRgb8& right,
+                                              const PredictOptions& options) const {
+  const int width = left.width(), height = left.height();
+  ASSIGN_OR_RETURN(
+      ImageF first,
+      See(left, right, ChooseNetworkSize(width, height, trained_disparity, options.max_disparity)));
+  if (options.looks < 2 || one_scale) return first;
+  const double scale = ChooseEnlargement(first, trained_disparity);
+  if (scale < kLeastEnlarged) return first;
+  const double search =
+      options.max_disparity > 0 ? options.max_disparity * scale : trained_disparity;
+  return See(left, right, SizeAt(width, height, scale, search));
+}
+
 Predictor::Predictor(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Predictor::Predictor(Predictor&&) noexcept = default;
 Predictor::~Predictor() = default;
@@ -137,17 +154,8 @@ absl::StatusOr<ImageF> Predictor::Predict(const ImageRgb8& left, const ImageRgb8
                            left.height(), right.width(), right.height());
   }
   if (options.threads > 0) at::set_num_threads(options.threads);
-  const int width = left.width(), height = left.height();
-  ASSIGN_OR_RETURN(ImageF first,
-                   state_->See(left, right,
-                               ChooseNetworkSize(width, height, state_->trained_disparity,
-                                                 options.max_disparity)));
-  if (options.looks < 2 || state_->one_scale) return first;
-  const double scale = ChooseEnlargement(first, state_->trained_disparity);
-  if (scale < kLeastEnlarged) return first;
-  const double search =
-      options.max_disparity > 0 ? options.max_disparity * scale : state_->trained_disparity;
-  return state_->See(left, right, SizeAt(width, height, scale, search));
+  ASSIGN_OR_RETURN(ImageF disparity, state_->Look(left, right, options));
+  return FillHiddenPixels(std::move(disparity));
 }
 
 }  // namespace parallax

@@ -9,7 +9,8 @@
 // A smaller pair is predicted twice: the first disparities tell how far it may be enlarged, up to
 // kNetworkWidth and kMostEnlarged, so that the search still reaches them. The errors of the network
 // are the same in its own pixels, so they are smaller in those of the input. A network that was
-// trained without changes of scale gets no second look.
+// trained without changes of scale gets no second look. Pixels that the right eye does not see are
+// filled from the background beside them (FillHiddenPixels).
 #pragma once
 
 #include <memory>

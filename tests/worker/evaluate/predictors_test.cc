@@ -7,11 +7,11 @@
 #include <map>
 #include <thread>
 
+#include "common/image/fill_holes.h"
 #include "tests/worker/evaluate/test_scores.h"
 #include "tests/worker/evaluate/test_tree.h"
 #include "worker/evaluate/benchmark.h"
 #include "worker/evaluate/evaluation.h"
-#include "worker/evaluate/predictors/fill_holes.h"
 #include "worker/evaluate/predictors/predictor.h"
 #include "worker/evaluate/predictors/predictor_command.h"
 

@@ -6,7 +6,7 @@
 #include "common/base/status.h"
 #include "common/image/io.h"
 #include "common/image/picture_pair.h"
-#include "worker/evaluate/predictors/fill_holes.h"
+#include "common/image/fill_holes.h"
 #include "worker/evaluate/predictors/predictor.h"
 
 namespace parallax {

@@ -1,4 +1,4 @@
-#include "worker/evaluate/predictors/fill_holes.h"
+#include "common/image/fill_holes.h"
 
 #include <algorithm>
 #include <cmath>

@@ -53,7 +53,12 @@ class SecureTest : public FolderTest {
     command.insert(command.end(), arguments.begin(), arguments.end());
     command.insert(command.end(), {"--coordinator", address_});
     if (!tls.empty()) command.insert(command.end(), {"--tls", tls});
-    return Run(command);
+    return Run(At(place_, command));
+  }
+  // Returns the command that runs `command` with `folder` as its working folder.
+  static std::vector<std::string> At(const std::string& folder, std::vector<std::string> command) {
+    command.insert(command.begin(), {"/usr/bin/env", "-C", folder});
+    return command;
   }
   // One line on standard error, with this in it.
   static void ExpectLine(const Outcome& outcome, int exit_status, const std::string& text) {
@@ -71,11 +76,11 @@ class SecureTest : public FolderTest {
     ASSERT_EQ(init.exit, 0) << init.err;
   }
   void Serve(const std::vector<std::string>& more) {
-    std::vector<std::string> command = {
-        kCoordinator,    "serve",    "--db",        dir_ + "/queue.db", "--store",
-        dir_ + "/store", "--listen", "127.0.0.1:0", "--http",           ""};
+    std::vector<std::string> command = {kCoordinator, "serve", "--db",     dir_ + "/queue.db",
+                                        "--store",    store_,  "--listen", "127.0.0.1:0",
+                                        "--http",     ""};
     command.insert(command.end(), more.begin(), more.end());
-    coordinator_ = std::make_unique<Process>(command);
+    coordinator_ = std::make_unique<Process>(At(place_, command));
     std::string line;
     ASSERT_TRUE(coordinator_->ReadLine(&line)) << coordinator_->Err();
     const std::string prefix = "listening on ";
@@ -122,6 +127,8 @@ class SecureTest : public FolderTest {
     EXPECT_EQ(worker_->Wait(), 0) << worker_->Err();
   }
 
+  std::string place_ = dir_;  // The working folder of coordinator and client.
+  std::string store_ = dir_ + "/store";
   std::string address_;
   std::string fetched_;
   std::unique_ptr<Process> coordinator_;
@@ -275,14 +282,17 @@ TEST_F(SecureTest, OwnContentComesThroughTheStoreToWorkersWithoutACopy) {
 }
 
 TEST_F(SecureTest, AClientThatDoesNotSeeTheStoreStreamsItAndBringsNothingTwice) {
+  // A path that leads every process to a disk of its own, by its working folder.
+  for (const char* machine : {"/near/store", "/far/store"}) fs::create_directories(dir_ + machine);
+  place_ = dir_ + "/near";
+  store_ = "/proc/self/cwd/store";
   Serve({"--store-access", "direct"});
-  worker_ = std::make_unique<Process>(WorkerCommand(""));
+  worker_ = std::make_unique<Process>(At(place_, WorkerCommand("")));
   MakeDataset("");
   EXPECT_THAT(fetched_, HasSubstr("\"files_streamed\": 0"));
   StopWorker();
-  // Another marker: for the client it is as if another disk were mounted there.
-  const std::string marker = dir_ + "/store/.parallax-store";
-  ASSERT_TRUE(WriteFile(marker, "{\"store\": \"0123\"}\n").ok());
+  ASSERT_TRUE(WriteFile(dir_ + "/far/store/.parallax-store", "{\"store\": \"0123\"}\n").ok());
+  place_ = dir_ + "/far";
   const auto published = std::count_if(fs::recursive_directory_iterator(dir_ + "/out/v/frames"),
                                        fs::recursive_directory_iterator(),
                                        [](const auto& entry) { return entry.is_regular_file(); });

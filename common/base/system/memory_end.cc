@@ -22,11 +22,11 @@ void Write(const char* text) {
 
 // Says how much a process may have, where `ulimit -v` says it. Allocates nothing.
 void WriteLimit() {
-  rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
+  const int64_t limit_bytes = AddressSpaceLimit();
+  if (limit_bytes == 0) return;
   char digits[24] = "";
   char* at = digits + sizeof digits - 1;
-  for (rlim_t megabytes = limit.rlim_cur >> 20;; megabytes /= 10) {
+  for (int64_t megabytes = limit_bytes >> 20;; megabytes /= 10) {
     *--at = static_cast<char>('0' + megabytes % 10);
     if (megabytes < 10) break;
   }
@@ -91,6 +91,12 @@ void NameUncaughtExceptions(std::string_view program) {
   action.sa_handler = OnAbort;
   action.sa_flags = static_cast<int>(SA_RESETHAND);  // Then it ends as an abort does.
   sigaction(SIGABRT, &action, nullptr);
+}
+
+int64_t AddressSpaceLimit() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return 0;
+  return static_cast<int64_t>(limit.rlim_cur);
 }
 
 void EndIfMemoryIsNeeded() {

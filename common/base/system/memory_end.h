@@ -2,6 +2,7 @@
 // a hang or an abort without a word.
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 
 namespace parallax {
@@ -15,6 +16,10 @@ void EndWhenMemoryRunsOut(std::string_view program, int exit_status);
 // Makes uncaught exceptions and aborts end the process with a line that names them, memory that ran
 // out among them: for programs that catch failed allocations where they can go on.
 void NameUncaughtExceptions(std::string_view program);
+
+// Returns the bytes of address space that `ulimit -v` allows a process; 0 if it sets no limit.
+// Allocates nothing.
+int64_t AddressSpaceLimit();
 
 // Ends the process if EndWhenMemoryRunsOut was called. ErrnoError calls it at ENOMEM.
 void EndIfMemoryIsNeeded();

@@ -5,10 +5,12 @@
 
 #include <chrono>
 
+#include "common/base/system/memory_end.h"
 #include "coordinator/client/content/study_options.h"
 #include "coordinator/client/runs/local_farm.h"
 #include "coordinator/client/views/study_view.h"
 #include "coordinator/client/views/text.h"
+#include "coordinator/queue/commands/policy.h"
 
 namespace parallax::client {
 namespace {
@@ -39,6 +41,14 @@ absl::Status CheckDiskError(const std::string& error) {
     if (error.find(cause) != std::string::npos) return ResourceExhausted("{}", error);
   }
   return absl::OkStatus();
+}
+
+absl::Status CheckMemoryError(const std::string& error, int attempts, int64_t address_space) {
+  if (address_space == 0 || attempts < 2 || !SaysOutOfMemory(error)) return absl::OkStatus();
+  return Aborted(
+      "{}; the address space of a process is limited to {} MB (ulimit -v), too little for this "
+      "study",
+      error, address_space >> 20);
 }
 
 EmbeddedRun::EmbeddedRun(const EmbeddedRunOptions& options, const OutDir& out_dir,
@@ -195,7 +205,7 @@ void EmbeddedRun::Note(const std::string& place, const std::string& error) {
 
 absl::Status EmbeddedRun::ShowProblems() {
   // A job that waits for its next try has no problem yet in the study's eyes; but no try mends a
-  // full disk.
+  // full disk or a narrow address space.
   v1::ListJobsRequest waiting;
   waiting.set_study_id(study_id_);
   waiting.set_state("RETRY_WAIT");
@@ -203,6 +213,7 @@ absl::Status EmbeddedRun::ShowProblems() {
   ASSIGN_OR_RETURN(const v1::ListJobsReply retries, connection_->ListJobs(waiting));
   for (const v1::JobStatus& job : retries.jobs()) {
     RETURN_IF_ERROR(CheckDiskError(FirstLine(job.error())));
+    RETURN_IF_ERROR(CheckMemoryError(FirstLine(job.error()), job.attempts(), AddressSpaceLimit()));
     Note(PlaceOf(job), FirstLine(job.error()) + "; it will be tried again");
   }
   for (const v1::VariantStatus& variant : view_.study().variants()) {

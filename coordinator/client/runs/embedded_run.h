@@ -94,4 +94,9 @@ class EmbeddedRun {
 // kResourceExhausted if the disk is full or cannot be written.
 absl::Status CheckDiskError(const std::string& error);
 
+// Checks the error of a job of a run after `attempts` attempts for a limit of address space, in
+// bytes (0: none): all workers of a run have the same, so no other worker and, from the second
+// attempt on, no waiting helps. Errors: kAborted if the job ran out of memory.
+absl::Status CheckMemoryError(const std::string& error, int attempts, int64_t address_space);
+
 }  // namespace parallax::client

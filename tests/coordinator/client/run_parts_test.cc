@@ -47,6 +47,20 @@ TEST(DiskErrors, AreToldFromThoseOfTheWork) {
   }
 }
 
+TEST(MemoryErrors, EndARunWhoseAddressSpaceIsLimitedAtTheSecondAttempt) {
+  constexpr int64_t kLimit = int64_t{1000} << 20;
+  const std::string error =
+      "RESOURCE_EXHAUSTED: out of memory; no worker for it has more than 9 MB";
+  const absl::Status ended = CheckMemoryError(error, 2, kLimit);
+  EXPECT_EQ(ExitCodeOf(ended), kExitFailed);
+  EXPECT_THAT(std::string(ended.message()), HasSubstr(error + "; the address space of a process is "
+                                                              "limited to 1000 MB (ulimit -v)"));
+  EXPECT_TRUE(CheckMemoryError(error, 1, kLimit).ok());
+  EXPECT_TRUE(CheckMemoryError(error, 2, 0).ok());
+  EXPECT_TRUE(CheckMemoryError("INTERNAL: Embree: invalid argument", 2, kLimit).ok());
+  EXPECT_TRUE(CheckMemoryError("RESOURCE_EXHAUSTED: CUDA out of memory", 2, kLimit).ok());
+}
+
 // Returns what a machine lacks for the study in `text`; its worker is there.
 std::vector<std::string> Missing(const std::string& text, const MachineOptions& options = {},
                                  const std::string& gpu = "/nowhere/nvidia0") {

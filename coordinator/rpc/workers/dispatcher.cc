@@ -57,6 +57,9 @@ class Dispatcher::Impl {
       if (joining_.count(hello.name()) > 0) {
         return Aborted("worker {} is already being taken in", hello.name());
       }
+      if (forfeiting_->Has(hello.name())) {
+        return Aborted("worker {}: the leases that it had before are being given up", hello.name());
+      }
       const auto& workers = fleet_.workers();
       if (workers.count(hello.name()) == 0 && workers.size() + joining_.size() >= kMostWorkers) {
         return ResourceExhausted("no room for worker {}: a coordinator has at most {}",
@@ -115,7 +118,7 @@ class Dispatcher::Impl {
     FleetWorker* worker = fleet_.Present(name, link);
     if (worker == nullptr) return;
     if (fleet_.Break(*worker, clock_.Steady())) {
-      ForfeitLeases(queue_, pool_, name, /*drained=*/true);
+      ForfeitLeases(queue_, pool_, forfeiting_, name, /*drained=*/true);
     }
   }
 
@@ -254,7 +257,7 @@ class Dispatcher::Impl {
     if (now >= check_at_) {
       check_at_ = SecondsAfter(now, check_every_s_);
       for (const std::string& lost : fleet_.CheckPresence(now)) {
-        ForfeitLeases(queue_, pool_, lost, /*drained=*/false);
+        ForfeitLeases(queue_, pool_, forfeiting_, lost, /*drained=*/false);
       }
     }
     if (stopping_) return inbox_->IsQuiet();
@@ -369,6 +372,7 @@ class Dispatcher::Impl {
   Clock& clock_;
   const double check_every_s_;
   const std::shared_ptr<LeaseInbox> inbox_ = std::make_shared<LeaseInbox>();
+  const std::shared_ptr<ForfeitingWorkers> forfeiting_ = std::make_shared<ForfeitingWorkers>();
 
   // The queue's thread leaves orders here and never waits for mu_. Taken after mu_.
   std::mutex drains_mu_;

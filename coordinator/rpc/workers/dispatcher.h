@@ -36,7 +36,7 @@ class Dispatcher final : public JobQueueObserver {
   // Registers a worker: adopts the attempts that it rightly holds, and closes an older stream of
   // the same name. Calls `welcome` with the adopted attempts; `welcome` must send the Welcome
   // message, which thus precedes any lease. Blocks for a commit. Errors: kAborted while a worker of
-  // the same name is being taken in; the queue's.
+  // the same name is being taken in, or its earlier leases are being given up; the queue's.
   absl::Status Join(const std::shared_ptr<WorkerLink>& link, const v1::Hello& hello,
                     const std::function<void(const std::vector<v1::AttemptId>&)>& welcome);
   // Pass on the worker's messages. They are ignored unless `link` is the worker's current stream.

@@ -5,9 +5,28 @@
 
 namespace parallax {
 
-void ForfeitLeases(JobQueue& queue, TaskPool& pool, const std::string& worker, bool drained) {
-  pool.Run([&queue, worker, drained] {
+bool ForfeitingWorkers::Has(const std::string& worker) const {
+  const std::lock_guard lock(mu_);
+  return names_.count(worker) > 0;
+}
+
+void ForfeitingWorkers::Begin(const std::string& worker) {
+  const std::lock_guard lock(mu_);
+  names_.insert(worker);
+}
+
+void ForfeitingWorkers::End(const std::string& worker) {
+  const std::lock_guard lock(mu_);
+  names_.erase(worker);
+}
+
+void ForfeitLeases(JobQueue& queue, TaskPool& pool,
+                   const std::shared_ptr<ForfeitingWorkers>& forfeiting, const std::string& worker,
+                   bool drained) {
+  forfeiting->Begin(worker);
+  pool.Run([&queue, forfeiting, worker, drained] {
     const auto lost = drained ? queue.WorkerLeft(worker) : queue.WorkerLost(worker);
+    forfeiting->End(worker);
     if (!lost.ok()) {
       LogError("leases of a worker that has gone stay until they expire",
                {{"worker", worker}, {"error", lost.status()}});

@@ -123,14 +123,18 @@ class CalmDispatcherTest : public DispatcherTest {
     dispatcher_ = std::make_unique<Dispatcher>(*queue_, *pool_, Clock::System(), 60,
                                                /*own_thread=*/false);
     queue_->SetObserver(dispatcher_.get());
+    ASSERT_TRUE(JoinAsW().ok());
+    v1::Credit credit;
+    credit.set_jobs(2);
+    dispatcher_->AddCredit("w", link_.get(), credit);
+  }
+
+  absl::Status JoinAsW() {
     v1::Hello hello;
     hello.set_name("w");
     hello.add_kinds("solve");
     hello.set_slots(2);
-    ASSERT_TRUE(dispatcher_->Join(link_, hello, [](const auto&) {}).ok());
-    v1::Credit credit;
-    credit.set_jobs(2);
-    dispatcher_->AddCredit("w", link_.get(), credit);
+    return dispatcher_->Join(link_, hello, [](const auto&) {});
   }
 
   const std::string db_ = dir_ + "/calm.db";
@@ -149,6 +153,18 @@ TEST_F(CalmDispatcherTest, WithoutAThreadOfItsOwnItLeasesWhenItIsCalled) {
   pool_->Run([&] { ran = true; });
   EXPECT_TRUE(pool_->RunNext() && ran);
   EXPECT_FALSE(pool_->RunNext());
+}
+
+// Otherwise the queue takes away leases that it has just adopted.
+TEST_F(CalmDispatcherTest, AWorkerComesBackAfterItsEarlierLeasesAreGivenUp) {
+  StartWithAWorker();
+  v1::Heartbeat last;
+  last.set_draining(true);
+  dispatcher_->Heard("w", link_.get(), last);
+  dispatcher_->Left("w", link_.get());
+  EXPECT_EQ(JoinAsW().code(), absl::StatusCode::kAborted) << "it tries again";
+  EXPECT_TRUE(pool_->RunNext());
+  EXPECT_TRUE(JoinAsW().ok());
 }
 
 TEST_F(CalmDispatcherTest, ItGivesNoWorkBeforeItHasReadWhoIsDrained) {

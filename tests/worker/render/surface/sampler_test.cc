@@ -17,7 +17,7 @@ TEST(Sampler, EveryPairIsStratifiedInAllElementaryBoxes) {
       std::vector<Vec2f> points;
       for (int s = 0; s < n; ++s) {
         Sampler sampler(SampleStream{11, 2, 0, 0}.Hash(), 5, 9, static_cast<uint32_t>(s));
-        Vec2f p;
+        Vec2f p = Vec2f::Zero();
         for (int d = 0; d <= dimension; ++d) p = sampler.Pair();
         points.push_back(p);
       }
@@ -114,7 +114,7 @@ TEST(Sampler, SquaresOfPixelsOfAnImageAreStratifiedTogether) {
                                            static_cast<uint32_t>(x0 + pixel % side),
                                            static_cast<uint32_t>(y0 + pixel / side), kLogSamples,
                                            static_cast<uint32_t>(i & ((1 << kLogSamples) - 1)));
-        Vec2f p;
+        Vec2f p = Vec2f::Zero();
         for (int d = 0; d <= dimension; ++d) p = sampler.Pair();
         ++seen[static_cast<size_t>(static_cast<int>(p.x() * static_cast<float>(columns)) * rows +
                                    static_cast<int>(p.y() * static_cast<float>(rows)))];

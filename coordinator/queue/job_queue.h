@@ -321,6 +321,10 @@ class JobQueue {
   absl::StatusOr<std::vector<v1::UserStatus>> ListUsers();
   // Returns the actor who submitted the study. Errors: kNotFound.
   absl::StatusOr<std::string> SubmitterOf(StudyId study);
+  // Returns the studies that the actor's user submitted under idempotency keys that begin with
+  // `prefix` and that are not forgotten, by id.
+  absl::StatusOr<std::vector<int64_t>> ListSubmitted(const std::string& prefix,
+                                                     std::string_view actor);
 
   // Returns at most 1,000 leased jobs that report figures, by id.
   absl::StatusOr<std::vector<RunningJob>> ListRunning();

@@ -26,10 +26,14 @@ constexpr int kMostPairs = 1024;  // In a reply.
 constexpr int kUsualPairs = 64;
 constexpr int kMostConsumers = 4096;  // The most ranks of all consumers of a stream.
 
-// Returns the key under which a chunk is submitted. The time tells it from a chunk of an earlier
-// stream of the name.
+// Returns what the keys of all studies of a stream begin with. The time tells them from those of an
+// earlier stream of the name.
+std::string KeysOf(const v1::StreamRecord& record) {
+  return fmt::format("stream/{}/{:.6f}/", record.study().name(), record.opened_unix_s());
+}
+// Returns the key under which a chunk is submitted.
 std::string KeyOf(const v1::StreamRecord& record, int64_t chunk) {
-  return fmt::format("stream/{}/{:.6f}/{}", record.study().name(), record.opened_unix_s(), chunk);
+  return fmt::format("{}{}", KeysOf(record), chunk);
 }
 
 // Returns the position that a rank has used up everything before, at the begin of a round.
@@ -200,13 +204,18 @@ absl::Status StreamKeeper::ForgetChunks(Stream& stream) {
 
 absl::StatusOr<bool> StreamKeeper::End(Stream& stream) {
   stream.rounds.clear();
-  for (auto chunk = stream.chunks.begin(); chunk != stream.chunks.end();) {
-    ASSIGN_OR_RETURN(const bool is_gone,
-                     queue_.CancelAndForget(StudyId{chunk->second.study}, "its stream is closed",
-                                            stream.record.actor()));
-    chunk = is_gone ? stream.chunks.erase(chunk) : std::next(chunk);
+  // By their keys: the record lacks a study if a coordinator died between its submission and Keep.
+  ASSIGN_OR_RETURN(const std::vector<int64_t> studies,
+                   queue_.ListSubmitted(KeysOf(stream.record), stream.record.actor()));
+  bool all_gone = true;
+  for (const int64_t study : studies) {
+    ASSIGN_OR_RETURN(
+        const bool is_gone,
+        queue_.CancelAndForget(StudyId{study}, "its stream is closed", stream.record.actor()));
+    all_gone = all_gone && is_gone;
   }
-  return stream.chunks.empty();
+  if (all_gone) stream.chunks.clear();
+  return all_gone;
 }
 
 absl::Status StreamKeeper::Tick() {
@@ -335,8 +344,7 @@ absl::StatusOr<const StreamKeeper::Round*> StreamKeeper::RoundOf(Stream& stream,
 }
 
 absl::StatusOr<v1::StreamConsumer*> StreamKeeper::Hear(Stream& stream,
-                                                       const v1::NextPairsRequest& request,
-                                                       bool* is_new) {
+                                                       const v1::NextPairsRequest& request) {
   v1::StreamConsumer* found = nullptr;
   for (v1::StreamConsumer& consumer : *stream.record.mutable_consumers()) {
     if (consumer.name() != request.consumer()) continue;
@@ -348,8 +356,7 @@ absl::StatusOr<v1::StreamConsumer*> StreamKeeper::Hear(Stream& stream,
     }
     if (consumer.rank() == request.rank()) found = &consumer;
   }
-  *is_new = found == nullptr;
-  if (*is_new) {
+  if (found == nullptr) {
     const int64_t round = StreamPosition::Of(request.position()).round;
     if (!request.resume() && round > stream.chunks_begun()) {
       return OutOfRange("consumer '{}' begins with pairs of round {}, and round {} is not made",
@@ -370,13 +377,17 @@ absl::StatusOr<v1::StreamConsumer*> StreamKeeper::Hear(Stream& stream,
     }
     // All of its ranks: what one of them has not asked for yet is kept.
     const uint64_t begin = request.resume() ? BeginOf(OldestRound(stream)) : request.position();
+    v1::StreamRecord record = stream.record;
     for (int rank = 0; rank < request.ranks(); ++rank) {
-      v1::StreamConsumer& consumer = *stream.record.add_consumers();
+      v1::StreamConsumer& consumer = *record.add_consumers();
       consumer.set_name(request.consumer());
       consumer.set_rank(rank);
       consumer.set_ranks(request.ranks());
       consumer.set_acknowledged(begin);
-      stream.heard[{consumer.name(), rank}] = clock_.Steady();
+    }
+    RETURN_IF_ERROR(Keep(stream, std::move(record)));
+    for (int rank = 0; rank < request.ranks(); ++rank) {
+      stream.heard[{request.consumer(), rank}] = clock_.Steady();
     }
     found = stream.record.mutable_consumers(stream.record.consumers_size() - request.ranks() +
                                             request.rank());
@@ -390,18 +401,21 @@ absl::StatusOr<v1::NextPairsReply> StreamKeeper::Next(const v1::NextPairsRequest
   std::lock_guard lock(mu_);
   ASSIGN_OR_RETURN(Stream * stream, Find(request.stream()));
   if (stream->record.closed()) return NotFound("stream '{}' is closed", request.stream());
-  bool must_keep = false;
-  ASSIGN_OR_RETURN(v1::StreamConsumer * consumer, Hear(*stream, request, &must_keep));
-  if (request.acknowledged() > consumer->acknowledged()) {
+  ASSIGN_OR_RETURN(v1::StreamConsumer * consumer, Hear(*stream, request));
+  const uint64_t before = consumer->acknowledged();
+  if (request.acknowledged() > before) {
     const int64_t round = StreamPosition::Of(request.acknowledged()).round;
     if (round > stream->chunks_begun()) {
       return OutOfRange("{} acknowledges pairs of round {}, and round {} is not made",
                         Named(*consumer), round, stream->chunks_begun());
     }
     consumer->set_acknowledged(request.acknowledged());
-    must_keep = true;
+    const absl::Status kept = queue_.KeepStream(stream->record);
+    if (!kept.ok()) {
+      consumer->set_acknowledged(before);  // It does not count: the next call must keep it.
+      return kept;
+    }
   }
-  if (must_keep) RETURN_IF_ERROR(queue_.KeepStream(stream->record));
 
   v1::NextPairsReply reply;
   StreamPosition at =

@@ -89,7 +89,8 @@ class StreamKeeper final : public RecordKeeper<OpenStream, v1::StreamStatus> {
   // Submits the chunks that consumers will come to; why it can't is in `needs`.
   absl::Status BeginChunks(Stream& stream);
   absl::Status ForgetChunks(Stream& stream);
-  // Cancels and forgets all chunks of a closed stream. Returns whether all are gone.
+  // Cancels and forgets all studies of a closed stream, also those that its record lacks. Returns
+  // whether all are gone.
   absl::StatusOr<bool> End(Stream& stream);
   // Asks for the state of a chunk's study, and for its pairs when it has ended.
   absl::Status LookAt(const Stream& stream, int64_t number, Chunk& chunk);
@@ -97,9 +98,8 @@ class StreamKeeper final : public RecordKeeper<OpenStream, v1::StreamStatus> {
   absl::Status BeginAgain(Stream& stream, int64_t number, Chunk& chunk);
   // Returns the round; null with the reason if its pairs are not all made.
   absl::StatusOr<const Round*> RoundOf(Stream& stream, int64_t number, std::string* waits_for);
-  // Finds or enters the consumer's rank, and notes that it was heard. `is_new`: the record changed.
-  absl::StatusOr<v1::StreamConsumer*> Hear(Stream& stream, const v1::NextPairsRequest& request,
-                                           bool* is_new);
+  // Finds the consumer's rank, or enters it durably, and notes that it was heard.
+  absl::StatusOr<v1::StreamConsumer*> Hear(Stream& stream, const v1::NextPairsRequest& request);
   // Returns the oldest round that some consumer may still ask for.
   int64_t OldestRound(const Stream& stream) const;
   // Returns the first chunk of which that round has pairs.

@@ -236,8 +236,8 @@ class EvaluateKind final : public FolderKind<v1::EvaluateInput, v1::EvaluateResu
        "SELECT j.id FROM all_jobs AS j LEFT JOIN results AS r ON r.work_key = j.work_key"
        " WHERE j.kind = 'evaluate' AND j.state = 'SUCCEEDED' AND r.stage IS NOT 'evaluate'"
        " AND j.study_id IN (SELECT id FROM studies WHERE forgotten = 0 AND cancelled = 0)"
-       // A damaged one is made again.
-       " AND NOT EXISTS (SELECT 1 FROM jobs AS n WHERE n.variant_id = j.variant_id"
+       // A damaged one is made again, after an upgrade under another key.
+       " AND NOT EXISTS (SELECT 1 FROM all_jobs AS n WHERE n.variant_id = j.variant_id"
        " AND n.ordinal = j.ordinal AND n.kind = j.kind AND n.generation > j.generation)"},
       {"an evaluation began when its network was trained",
        "SELECT j.id FROM jobs AS j JOIN waits AS w ON w.job_id = j.id"

@@ -218,8 +218,8 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
        "SELECT j.id FROM all_jobs AS j LEFT JOIN results AS r ON r.work_key = j.work_key"
        " WHERE j.kind = 'train' AND j.state = 'SUCCEEDED' AND r.stage IS NOT 'train'"
        " AND j.study_id IN (SELECT id FROM studies WHERE forgotten = 0 AND cancelled = 0)"
-       // A damaged one is made again.
-       " AND NOT EXISTS (SELECT 1 FROM jobs AS n WHERE n.variant_id = j.variant_id"
+       // A damaged one is made again, after an upgrade under another key.
+       " AND NOT EXISTS (SELECT 1 FROM all_jobs AS n WHERE n.variant_id = j.variant_id"
        " AND n.ordinal = j.ordinal AND n.kind = j.kind AND n.generation > j.generation)"},
       {"a training began when its pairs were there",
        "SELECT j.id FROM jobs AS j WHERE j.kind = 'train' AND j.attempts > 0"

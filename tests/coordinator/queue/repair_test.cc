@@ -235,6 +235,14 @@ TEST_F(RepairTest, ANetworkThatTheNextReleaseTrainsAgainIsScoredAndItsScoresAreI
   const StudyId again = SubmitRequest(request);
   Tick();
   EXPECT_EQ(State(again), v1::STUDY_STATE_SUCCEEDED);
+  // In the archive it is known, too, that it was made again under another key.
+  options_.archive_after_s = 1000;
+  Reopen();
+  Submit({.name = "new", .seed = 2});
+  clock_.Advance(2000);
+  for (int i = 0; i < 5; ++i) Tick();
+  ASSERT_TRUE(*queue_->IsArchived(study));
+  ExpectSound();
 }
 
 TEST_F(RepairTest, ATrainingThatAnUpgradeFindsReadyHasTheKeyOfTheNextRelease) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <set>
 
 #include "tests/coordinator/queue/keeper_fixture.h"
@@ -244,6 +245,32 @@ TEST_F(StreamKeeperTest, WhatWasTakenAndNotAcknowledgedComesAgain) {
   EXPECT_EQ(again.pairs(0).frame().path(), lost.pairs(0).frame().path());
 }
 
+TEST_F(StreamKeeperTest, WhatTheDatabaseDidNotKeepDoesNotCount) {
+  auto fails = std::make_shared<std::atomic<bool>>(false);  // The writer's thread reads it.
+  options_.fail_point = [fails](const std::string& command, int) {
+    return *fails && command == "stream" ? Internal("fail point") : absl::OkStatus();
+  };
+  Restart();
+  Open(Endless());
+  Work();
+  v1::NextPairsRequest request = Request(0, 1, 2);
+  const auto insist = [&] {
+    *fails = true;
+    for (int tries = 0; tries < 2; ++tries) EXPECT_FALSE(keeper_->Next(request).ok());
+    *fails = false;
+    return Next(request);
+  };
+  const v1::NextPairsReply first = insist();  // A new consumer.
+  ASSERT_EQ(first.pairs_size(), 2);
+  request.set_acknowledged(first.position());
+  insist();
+  options_.fail_point = nullptr;
+  Restart();
+  const v1::NextPairsReply second = Next(Request(0, 1, 2));
+  ASSERT_EQ(second.pairs_size(), 2);
+  EXPECT_EQ(second.pairs(0).position(), first.position());
+}
+
 TEST_F(StreamKeeperTest, AConsumerMayBeginWithPairsThatAreKept) {
   v1::StudySpec study = Endless();
   study.mutable_stream()->set_keep_s(1000);
@@ -371,6 +398,29 @@ TEST_F(StreamKeeperTest, ClosingCancelsAndForgetsAndFreesTheName) {
   ASSERT_TRUE(studies.ok());
   EXPECT_THAT(*studies, testing::IsEmpty());
   EXPECT_EQ(Open(Endless()).chunks_begun(), 3);
+}
+
+TEST_F(StreamKeeperTest, ClosingForgetsAChunkThatWasSubmittedAndNotEntered) {
+  auto fails = std::make_shared<std::atomic<bool>>(false);
+  options_.fail_point = [fails](const std::string& command, int) -> absl::Status {
+    return *fails && command == "stream" ? Internal("fail point") : absl::OkStatus();
+  };
+  Restart();
+  v1::StudySpec study = Endless();
+  study.mutable_stream()->set_keep_s(1000);  // Nothing is forgotten before the next chunk is begun.
+  Open(study);
+  Take(5);  // The second round is begun, so that chunk 3 is wanted.
+  *fails = true;
+  clock_.Advance(1);
+  EXPECT_FALSE(keeper_->Tick().ok());
+  *fails = false;
+  Restart();
+  ASSERT_EQ(Status().chunks_begun(), 3);
+  ASSERT_EQ(queue_->ListStudies(100)->size(), 4u);
+  ASSERT_TRUE(keeper_->Close("drive").ok());
+  for (int i = 0; i < 2; ++i) TickStreams();
+  EXPECT_TRUE(absl::IsNotFound(keeper_->List("drive").status()));
+  EXPECT_THAT(*queue_->ListStudies(100), testing::IsEmpty());
 }
 
 TEST_F(StreamKeeperTest, TheSameStudyAgainIsTheSameStreamAndAnotherIsRefused) {

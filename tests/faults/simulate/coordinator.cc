@@ -179,7 +179,10 @@ absl::Status SimCoordinator::OpenOrPutBack() {
   if (world_.knobs.lie == Lie::kOlder) clock_.JumpWall(86400);
   const absl::Status status = OpenQueue();
   if (status.ok()) {
-    if (world_.knobs.lie == Lie::kOlder) model_.Rewind(*backup_);
+    if (world_.knobs.lie == Lie::kOlder) {
+      model_.Rewind(*backup_);
+      model_.Starts();  // What it noted was of the other database.
+    }
     return status;
   }
   if (VfsHasEnded()) return status;

@@ -94,6 +94,9 @@ class Watched final : public Renderer {
   struct Totals {
     double cache_s = 0, trace_s = 0, denoise_s = 0, truth_s = 0;
     uint64_t rays = 0;
+    // Core seconds when the first and the last pair were rendered. In between, each pair was also
+    // written.
+    double first_end_core_s = 0, last_end_core_s = 0;
   };
   Watched(std::unique_ptr<Renderer> inner, Totals* totals)
       : inner_(std::move(inner)), totals_(totals) {}
@@ -113,6 +116,8 @@ class Watched final : public Renderer {
     totals_->denoise_s += frame->denoise_s;
     totals_->truth_s += frame->truth_s;
     totals_->rays += frame->rays;
+    totals_->last_end_core_s = CpuSeconds();
+    if (totals_->first_end_core_s == 0) totals_->first_end_core_s = totals_->last_end_core_s;
     return frame;
   }
 
@@ -172,8 +177,15 @@ absl::Status MeasureCost(const Options& options, const v1::Scene& recipe, Json* 
       write_s += frame.stage_s().at("write");
       statistics_s += frame.stage_s().at("statistics");
     }
-    const double n = options.pairs;
-    (*json)["core_s_per_pair"] = (CpuSeconds() - core_start) / n;
+    const double n = options.pairs, core_s = CpuSeconds() - core_start;
+    (*json)["core_s_per_pair"] = core_s / n;
+    if (options.pairs > 1) {
+      // What a scene costs once is shared by all pairs of the recipe, rendered here or not.
+      const double further_s = (totals.last_end_core_s - totals.first_end_core_s) / (n - 1);
+      (*json)["core_s_per_further_pair"] = further_s;
+      (*json)["core_s_per_pair_of_scene"] =
+          further_s + (core_s - n * further_s) / recipe.rigs_size();
+    }
     (*json)["wall_s_per_pair"] = (WallSeconds() - wall_start) / n;
     (*json)["geometry_core_s_per_scene"] = geometry_core_s;
     (*json)["build_core_s_per_scene"] = build_core_s;

@@ -4,9 +4,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "common/base/status.h"
+#include "common/image/fill_holes.h"
 #include "common/image/io.h"
 #include "common/image/picture_pair.h"
-#include "common/image/fill_holes.h"
 #include "worker/evaluate/predictors/predictor.h"
 
 namespace parallax {

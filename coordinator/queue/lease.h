@@ -52,6 +52,7 @@ struct EffectCounts {
   bool work_ready = false;
   uint64_t completions = 0, failures = 0, losses = 0, stale = 0, splits = 0, archived = 0;
   uint64_t workers_lost = 0;
+  std::vector<std::string> came_back;                         // Workers that had been given up.
   std::shared_ptr<const std::vector<v1::DrainOrder>> drains;  // All orders, if they have changed.
 };
 // The effects of commands outside of the database, for when they are on disk.

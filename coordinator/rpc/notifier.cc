@@ -180,9 +180,7 @@ absl::StatusOr<int> Notifier::Look() {
 bool Notifier::IsNews(Finding& finding, double now_s, double least_s, int64_t look) {
   if (finding.seen == 0) finding.since_s = now_s;
   finding.seen = look;
-  if (finding.told || now_s - finding.since_s < least_s) return false;
-  finding.told = true;
-  return true;
+  return !finding.told && now_s - finding.since_s >= least_s;
 }
 
 absl::Status Notifier::LookAtStudies() {
@@ -204,14 +202,17 @@ absl::Status Notifier::LookAtStudies() {
 
 absl::Status Notifier::LookForStall(const v1::StudyStatus& study, double now_s) {
   if (options_.stall_s <= 0 || JobsInState(study, "LEASED") > 0) return absl::OkStatus();
-  if (!IsNews(stalls_[study.study_id()], now_s, options_.stall_s, look_)) return absl::OkStatus();
-  return queue_.RaiseNotice(StudyId{study.study_id()}, kNoticeStalled);
+  Finding& stall = stalls_[study.study_id()];
+  if (!IsNews(stall, now_s, options_.stall_s, look_)) return absl::OkStatus();
+  RETURN_IF_ERROR(queue_.RaiseNotice(StudyId{study.study_id()}, kNoticeStalled));
+  stall.told = true;  // Not before: what the database does not keep is news again.
+  return absl::OkStatus();
 }
 
 absl::Status Notifier::LookForNeeds(v1::StudyStatus study, double now_s) {
   const int64_t id = study.study_id();
   waits_.AddTo(study);
-  bool is_news = false;
+  std::vector<Finding*> news;
   for (const v1::WaitingJobs& jobs : study.waiting()) {
     if (jobs.reason() == "no_worker") {  // Nobody knows what the next ones bring.
       for (auto& [key, need] : needs_) {
@@ -222,9 +223,12 @@ absl::Status Notifier::LookForNeeds(v1::StudyStatus study, double now_s) {
     // The text of memory names what workers have, which changes as they come and go.
     const std::string what = jobs.reason() == "memory" ? jobs.reason() : jobs.text();
     Finding& need = needs_[{id, jobs.kind() + " " + what}];
-    is_news = IsNews(need, now_s, options_.waits_s, look_) || is_news;
+    if (IsNews(need, now_s, options_.waits_s, look_)) news.push_back(&need);
   }
-  return is_news ? queue_.RaiseNotice(StudyId{id}, kNoticeWaits) : absl::OkStatus();
+  if (news.empty()) return absl::OkStatus();
+  RETURN_IF_ERROR(queue_.RaiseNotice(StudyId{id}, kNoticeWaits));
+  for (Finding* need : news) need->told = true;
+  return absl::OkStatus();
 }
 
 absl::Status Notifier::Deliver(const Notice& notice) const {

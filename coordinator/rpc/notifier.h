@@ -86,7 +86,8 @@ class Notifier {
     bool told = false;
     int64_t seen = 0;  // The last look that found it.
   };
-  // Notes what this look finds. Returns whether it has held for `least_s` and is to be told now.
+  // Notes what this look finds. Returns whether it has held for `least_s` and is to be told now;
+  // the caller sets `told` once the database keeps the notice.
   static bool IsNews(Finding& finding, double now_s, double least_s, int64_t look);
 
   // ---- Used by Look only

@@ -33,11 +33,14 @@ std::vector<int64_t> StudiesOf(const v1::SearchRecord& record) {
   return studies;
 }
 
-// Returns the key of the search's next study. Its number tells it from all earlier ones of the
-// search, the time from those of an earlier search of the name.
+// Returns what the keys of all studies of a search begin with. The time tells them from those of an
+// earlier search of the name.
+std::string KeysOf(const v1::SearchRecord& record) {
+  return fmt::format("search/{}/{:.6f}/", record.study().name(), record.opened_unix_s());
+}
+// Returns the key of its next study. Its number tells it from all earlier ones.
 std::string NextKeyOf(const v1::SearchRecord& record) {
-  return fmt::format("search/{}/{:.6f}/{}", record.study().name(), record.opened_unix_s(),
-                     StudiesOf(record).size());
+  return fmt::format("{}{}", KeysOf(record), StudiesOf(record).size());
 }
 
 // Returns the study without what may change while a search goes on.
@@ -170,8 +173,11 @@ absl::StatusOr<v1::SearchStatus> SearchKeeper::Stop(const std::string& name,
   }
   if (forget) record.set_forget(true);
   search->asking.reset();
-  RETURN_IF_ERROR(Keep(*search, std::move(record)));
+  // Its studies first: nobody looks again at those of a search that is kept as stopped. One that is
+  // not yet says that they were cancelled.
   RETURN_IF_ERROR(End(*search).status());
+  RETURN_IF_ERROR(Keep(*search, std::move(record)));
+  if (search->record.forget()) RETURN_IF_ERROR(End(*search).status());
   return StatusOf(*search, /*whole=*/true);
 }
 
@@ -185,7 +191,10 @@ absl::StatusOr<std::vector<v1::SearchStatus>> SearchKeeper::ListWhole() {
 
 absl::StatusOr<bool> SearchKeeper::End(Search& search) {
   bool is_gone = true;
-  for (const int64_t id : StudiesOf(search.record)) {
+  // By their keys: the record lacks a study if a coordinator died between its submission and Keep.
+  ASSIGN_OR_RETURN(const std::vector<int64_t> studies,
+                   queue_.ListSubmitted(KeysOf(search.record), search.record.actor()));
+  for (const int64_t id : studies) {
     const StudyId study{id};
     if (search.record.forget()) {
       ASSIGN_OR_RETURN(

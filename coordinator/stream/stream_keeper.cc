@@ -190,6 +190,19 @@ absl::Status StreamKeeper::ForgetChunks(Stream& stream) {
       return queue_.Cancel(StudyId{chunk.study}, "no consumer needs it", stream.record.actor());
     }
     if (!forgotten.ok() && !absl::IsNotFound(forgotten.status())) return forgotten.status();
+    // Its earlier studies too: BeginAgain may have been broken off before it forgot one. A key is
+    // followed by its user's name.
+    for (const char* rest : {"\n", "/after/"}) {
+      ASSIGN_OR_RETURN(
+          const std::vector<int64_t> earlier,
+          queue_.ListSubmitted(KeyOf(stream.record, first->first) + rest, stream.record.actor()));
+      for (const int64_t study : earlier) {
+        const absl::Status gone =
+            queue_.Forget(StudyId{study}, "its chunk was begun again", stream.record.actor())
+                .status();
+        if (!gone.ok() && !absl::IsNotFound(gone)) return gone;
+      }
+    }
     v1::StreamRecord record = stream.record;
     record.set_chunks_forgotten(first->first + 1);
     record.mutable_chunk_studies()->erase(record.chunk_studies().begin());

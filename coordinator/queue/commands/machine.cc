@@ -61,6 +61,7 @@ Effects Machine::TakeEffects() {
 
 absl::Status Machine::Reload() {
   tables_.ledger.Drop();
+  tables_.effects = Effects();  // Nothing of it has happened: it is evidence of nothing.
   TakeEffects();
   tables_.hungry.clear();
   tables_.without_part.clear();

@@ -296,7 +296,7 @@ absl::StatusOr<std::vector<v1::AttemptId>> Reports::Adopt(const std::string& wor
       RETURN_IF_ERROR(tables_.losses.MoveLostToReturned(job, fence));
       evidence_.TakeBack(job, fence);
     }
-    given_up_.erase(given_up);
+    tables_.effects.came_back.push_back(worker);
   }
   RETURN_IF_ERROR(tables_.db.Run("DELETE FROM unheard_workers WHERE worker = ?1", worker));
   const double now = tables_.Now();
@@ -378,6 +378,7 @@ absl::Status Reports::Expire(const std::vector<LeaseRef>& leases) {
 
 void Reports::TakeEvidence(const Effects& effects) {
   adopted_.clear();
+  for (const std::string& worker : effects.came_back) given_up_.erase(worker);
   evidence_.Pass(tables_.SteadySeconds(), scheduler_.workers());
   for (const LeaseRef& lease : effects.granted) evidence_.Begin(lease.job, lease.fence);
   for (const LeaseRef& lease : effects.ended) {

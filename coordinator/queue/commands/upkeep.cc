@@ -34,7 +34,11 @@ absl::Status Upkeep::EndAllUntold() {
   std::vector<Untold> untold;
   {
     const std::lock_guard lock(mutex_);
-    untold.swap(untold_);
+    // Only what is on disk is done: a group may be rolled back, or applied once more.
+    std::erase_if(untold_, [this](const Untold& one) {
+      return !book_.Holds(one.failure.worker(), one.failure.attempt());
+    });
+    untold = untold_;
   }
   Reports& reports = machine_.reports();
   for (const auto& [failure, is_of_disk] : untold) {

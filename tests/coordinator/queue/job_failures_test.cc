@@ -1,4 +1,6 @@
 // Attempts that end without a result: by results that are not the job's, failures and losses.
+#include <atomic>
+#include <functional>
 #include <set>
 
 #include "common/base/names.h"
@@ -314,12 +316,46 @@ class LossesTest : public JobFailuresTest {
         for (const v1::Lease& own : Lease(worker)) Complete(Answer(own, worker.name));
       }
       clock_.Advance(1);
+      if (before_loss_) before_loss_(victim);
       EXPECT_EQ(*queue_->WorkerLost(victim), 1);
       if (Jobs(study, "solve", "QUARANTINED") == 1) return loss + 1;
     }
     return -1;
   }
+
+  std::function<void(const std::string& victim)> before_loss_;
 };
+
+TEST_F(LossesTest, ALossThatWasUndoneIsNoEvidence) {
+  auto fails = std::make_shared<std::atomic<bool>>(false);  // The writer's thread reads it.
+  options_.fail_point = [fails](const std::string& command, int) {
+    return *fails && command == "settle" ? Internal("fail point") : absl::OkStatus();
+  };
+  Reopen();
+  before_loss_ = [&](const std::string& victim) {
+    *fails = true;
+    EXPECT_FALSE(queue_->WorkerLost(victim).ok());
+    *fails = false;
+  };
+  const StudyId study = Submit({.pairs = 400});
+  EXPECT_EQ(LossesUntilBlamed(study, 40, 20), 5) << "as without the errors";
+}
+
+TEST_F(JobFailuresTest, ALossIsTakenBackAlsoWhenTheFirstHelloFails) {
+  auto fails = std::make_shared<std::atomic<bool>>(false);
+  options_.fail_point = [fails](const std::string& command, int step) {
+    return *fails && command == "adopt" && step == 3 ? Internal("fail point") : absl::OkStatus();
+  };
+  Reopen();
+  Submit({.pairs = 2});
+  const v1::Lease lease = LeaseOne(AnyWorker("w"));
+  EXPECT_EQ(*queue_->WorkerLost("w"), 1);
+  *fails = true;
+  EXPECT_FALSE(queue_->Adopt("w", {}, /*same_process=*/true).ok());
+  *fails = false;
+  ASSERT_TRUE(queue_->Adopt("w", {}, /*same_process=*/true).ok());
+  EXPECT_EQ(queue_->ListAttempts(lease.attempt().job_id())->attempts(0).ending(), "returned");
+}
 
 TEST_F(LossesTest, AJobThatLosesWorkerAfterWorkerWhileManyLiveIsQuarantined) {
   const StudyId study = Submit({.pairs = 400});

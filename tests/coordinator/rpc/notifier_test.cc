@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <deque>
 #include <nlohmann/json.hpp>
 
@@ -404,6 +405,33 @@ TEST_F(NotifierTest, JobsThatWaitForAPersonAreToldOfOnceUntilItChanges) {
   workers_ = {solvers};
   EXPECT_EQ(look_after(1), 0);
   EXPECT_EQ(look_after(300), 1) << "it is so again";
+}
+
+TEST_F(NotifierTest, WhatTheDatabaseDidNotKeepIsToldByALaterLook) {
+  Receiver receiver;
+  notify_.url = receiver.url();
+  notify_.stall_s = 600;
+  auto fails = std::make_shared<std::atomic<bool>>(false);  // The writer's thread reads it.
+  options_.fail_point = [fails](const std::string& command, int) {
+    return *fails && command == "notice" ? Internal("fail point") : absl::OkStatus();
+  };
+  Start();
+  v1::SubmitRequest request = MakeStudy({.name = "baseline", .pairs = 40});
+  request.mutable_study()->add_tags("big");
+  ASSERT_TRUE(queue_->Submit(request, "tester").ok());
+  workers_ = {{.kinds = {"solve"}, .memory_mb = 64'000, .free = 1}};
+  EXPECT_EQ(Look(), 0);
+  const auto insist = [&] {
+    *fails = true;
+    for (int i = 0; i < 2; ++i) EXPECT_FALSE(notifier_->Look().ok());
+    *fails = false;
+    return Look();
+  };
+  clock_.Advance(300);
+  EXPECT_EQ(insist(), 1) << "it waits for a person";
+  clock_.Advance(300);
+  EXPECT_EQ(insist(), 1) << "it stands still";
+  EXPECT_EQ(Look(), 0) << "once";
 }
 
 TEST_F(NotifierTest, ReceiversAreCheckedAtTheStart) {

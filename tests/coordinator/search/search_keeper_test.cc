@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <future>
 #include <set>
 
@@ -377,6 +378,47 @@ TEST_F(SearchKeeperTest, WithoutAScorerNothingBegins) {
   SearchKeeper viewer(*queue_, clock_, nullptr);
   EXPECT_TRUE(viewer.Tick().ok());
   EXPECT_EQ(viewer.List("recipe")->front().trials(0).scores_size(), 0);
+}
+
+TEST_F(SearchKeeperTest, AStopThatIsBrokenOffLeavesNothingThatRunsUnseen) {
+  auto failing = std::make_shared<std::atomic<const char*>>("");  // The writer's thread reads it.
+  options_.fail_point = [failing](const std::string& command, int) {
+    const std::string fails = failing->load();
+    return !fails.empty() && command == fails ? Internal("fail point") : absl::OkStatus();
+  };
+  Restart();
+  for (const char* command : {"cancel", "search"}) {
+    Open(SmallSearch());
+    *failing = command;
+    EXPECT_FALSE(keeper_->Stop("recipe", "", false).ok()) << command;
+    *failing = "";
+    Restart();
+    TickSearches();
+    EXPECT_EQ(Status().state(), "running") << command << ": not stopped, so it is not said to be";
+    ASSERT_TRUE(keeper_->Stop("recipe", "", false).ok());
+    EXPECT_EQ(Status().state(), "stopped");
+    EXPECT_EQ(Work(), 0) << command;
+  }
+}
+
+TEST_F(SearchKeeperTest, ForgettingRemovesAStudyThatWasSubmittedAndNotEntered) {
+  auto kept = std::make_shared<std::atomic<int>>(0);
+  auto refuses = std::make_shared<std::atomic<bool>>(false);
+  options_.fail_point = [kept, refuses](const std::string& command, int) {
+    const bool fails = (command == "search" && ++*kept == 2) || (*refuses && command == "submit");
+    return fails ? Internal("fail point") : absl::OkStatus();
+  };
+  Restart();
+  EXPECT_FALSE(keeper_->Open(SmallSearch(), "submitter ada ipv4:1").ok());
+  Restart();
+  ASSERT_EQ(StudiesOfQueue(), 1);
+  ASSERT_EQ(Record().rung_studies_size(), 0);
+  *refuses = true;
+  ASSERT_TRUE(keeper_->Stop("recipe", "", true).ok());
+  *refuses = false;
+  for (int i = 0; i < 2; ++i) TickSearches();
+  EXPECT_TRUE(absl::IsNotFound(keeper_->List("recipe").status()));
+  EXPECT_EQ(StudiesOfQueue(), 0);
 }
 
 }  // namespace

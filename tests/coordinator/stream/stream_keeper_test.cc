@@ -423,6 +423,30 @@ TEST_F(StreamKeeperTest, ClosingForgetsAChunkThatWasSubmittedAndNotEntered) {
   EXPECT_THAT(*queue_->ListStudies(100), testing::IsEmpty());
 }
 
+TEST_F(StreamKeeperTest, AStudyWhoseChunkWasBegunAgainGoesWithItsChunkAtTheLatest) {
+  auto fails = std::make_shared<std::atomic<bool>>(false);
+  options_.fail_point = [fails](const std::string& command, int) {
+    return *fails && command == "forget" ? Internal("fail point") : absl::OkStatus();
+  };
+  options_.archive_after_s = 1000;
+  Restart();
+  Open(Endless());
+  while (queue_->GetStudy(StudyId{1})->finished_unix_s() == 0) {
+    Fail(Failure(LeaseOne(Solver("w")), "w", "no such file", /*retryable=*/false));
+  }
+  TickStreams();
+  clock_.Advance(1001);
+  while (!*queue_->IsArchived(StudyId{1})) ASSERT_TRUE(queue_->Tick().ok());
+  *fails = true;
+  EXPECT_FALSE(keeper_->Tick().ok());
+  *fails = false;
+  Restart();
+  ASSERT_TRUE(queue_->GetStudy(StudyId{1}).ok());
+  Take(12);
+  for (int i = 0; i < 2; ++i) TickStreams();
+  EXPECT_TRUE(absl::IsNotFound(queue_->GetStudy(StudyId{1}).status()));
+}
+
 TEST_F(StreamKeeperTest, TheSameStudyAgainIsTheSameStreamAndAnotherIsRefused) {
   Open(Endless());
   EXPECT_EQ(Open(Endless()).chunks_begun(), 3);

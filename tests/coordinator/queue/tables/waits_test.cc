@@ -364,5 +364,28 @@ TEST_F(WaitsTest, TheAuditorFindsEveryBrokenWait) {
   }
 }
 
+TEST_F(WaitsTest, AJobThatNoWorkerCanBeToldOfFailsAlsoWhenATickIsUndone) {
+  auto failing = std::make_shared<std::atomic<const char*>>("");  // The writer's thread reads it.
+  options_.fail_point = [failing](const std::string& command, int) {
+    const std::string fails = failing->load();
+    return !fails.empty() && command == fails ? Internal("fail point") : absl::OkStatus();
+  };
+  Reopen();
+  plan = [](WorkDesk& desk, const v1::StudySpec&, std::span<const int64_t> variants) {
+    return desk.AddJob({.kind = "noop", .variant = variants[0], .input = "?"}).status();
+  };
+  const StudyId study = Submit();
+  EXPECT_THAT(Lease(Idler("w")), testing::IsEmpty());
+  for (const char* command : {"tick", "settle"}) {  // The command alone, and its whole group.
+    *failing = command;
+    EXPECT_FALSE(queue_->Tick().ok());
+  }
+  *failing = "";
+  Tick();
+  EXPECT_THAT(Noops(study), ElementsAre("FAILED"));
+  Tick();
+  EXPECT_EQ(queue_->Stats().failures, 1u);
+}
+
 }  // namespace
 }  // namespace parallax

@@ -397,14 +397,7 @@ absl::StatusOr<bool> JobQueue::IsArchived(StudyId study) {
 }
 absl::StatusOr<std::vector<int64_t>> JobQueue::ListSubmitted(const std::string& prefix,
                                                              std::string_view actor) {
-  const std::string user = UserOfActor(actor);
-  return impl_->readers_->Get(0, [&](SqliteConnection& db) {
-    // A range, which the index of keys has: no text is behind the last character.
-    return db.Integers(
-        "SELECT id FROM studies WHERE idempotency_key > ?1"
-        " AND idempotency_key < ?1 || char(0x10ffff) AND user = ?2 ORDER BY id",
-        prefix, user);
-  });
+  return impl_->readers_->ListSubmitted(prefix, UserOfActor(actor));
 }
 absl::StatusOr<v1::StudyStatus> JobQueue::GetStudy(StudyId study) {
   ASSIGN_OR_RETURN(v1::StudyStatus status, impl_->readers_->GetStudy(study.value));

@@ -45,4 +45,15 @@ absl::StatusOr<std::string> Readers::SubmitterOf(int64_t study) {
   });
 }
 
+absl::StatusOr<std::vector<int64_t>> Readers::ListSubmitted(const std::string& prefix,
+                                                            const std::string& user) {
+  return Get(/*deadline_s=*/0, [&](SqliteConnection& db) {
+    // A range, which the index of keys has: no text is behind the last character.
+    return db.Integers(
+        "SELECT id FROM studies WHERE idempotency_key > ?1"
+        " AND idempotency_key < ?1 || char(0x10ffff) AND user = ?2 ORDER BY id",
+        prefix, user);
+  });
+}
+
 }  // namespace parallax

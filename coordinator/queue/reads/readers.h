@@ -64,6 +64,8 @@ class Readers {
   absl::StatusOr<v1::Scene> GetScene(const v1::GetSceneRequest& request);
   absl::StatusOr<std::vector<v1::AuditEntry>> ListAudit(const v1::ListAuditRequest& request);
   absl::StatusOr<std::string> SubmitterOf(int64_t study);
+  absl::StatusOr<std::vector<int64_t>> ListSubmitted(const std::string& prefix,
+                                                     const std::string& user);
   // Returns the message that hands a committed lease to its worker.
   absl::StatusOr<v1::Lease> LeaseMessage(const GrantedLease& lease);
 

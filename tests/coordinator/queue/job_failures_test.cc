@@ -1,5 +1,4 @@
 // Attempts that end without a result: by results that are not the job's, failures and losses.
-#include <atomic>
 #include <functional>
 #include <set>
 
@@ -327,32 +326,26 @@ class LossesTest : public JobFailuresTest {
 };
 
 TEST_F(LossesTest, ALossThatWasUndoneIsNoEvidence) {
-  auto fails = std::make_shared<std::atomic<bool>>(false);  // The writer's thread reads it.
-  options_.fail_point = [fails](const std::string& command, int) {
-    return *fails && command == "settle" ? Internal("fail point") : absl::OkStatus();
-  };
+  FailingCommand failing(options_);
   Reopen();
   before_loss_ = [&](const std::string& victim) {
-    *fails = true;
+    failing.Set("settle");
     EXPECT_FALSE(queue_->WorkerLost(victim).ok());
-    *fails = false;
+    failing.Clear();
   };
   const StudyId study = Submit({.pairs = 400});
   EXPECT_EQ(LossesUntilBlamed(study, 40, 20), 5) << "as without the errors";
 }
 
 TEST_F(JobFailuresTest, ALossIsTakenBackAlsoWhenTheFirstHelloFails) {
-  auto fails = std::make_shared<std::atomic<bool>>(false);
-  options_.fail_point = [fails](const std::string& command, int step) {
-    return *fails && command == "adopt" && step == 3 ? Internal("fail point") : absl::OkStatus();
-  };
+  FailingCommand failing(options_);
   Reopen();
   Submit({.pairs = 2});
   const v1::Lease lease = LeaseOne(AnyWorker("w"));
   EXPECT_EQ(*queue_->WorkerLost("w"), 1);
-  *fails = true;
+  failing.Set("adopt", 3);
   EXPECT_FALSE(queue_->Adopt("w", {}, /*same_process=*/true).ok());
-  *fails = false;
+  failing.Clear();
   ASSERT_TRUE(queue_->Adopt("w", {}, /*same_process=*/true).ok());
   EXPECT_EQ(queue_->ListAttempts(lease.attempt().job_id())->attempts(0).ending(), "returned");
 }

@@ -228,16 +228,12 @@ TEST_F(Limits, AFailedStudyIsTriedAgainOnlyIfItsUserMayHaveAnother) {
 }
 
 TEST_F(Limits, ACommandThatIsUndoneLeavesTheCountsAsTheyWere) {
-  std::atomic<int> fail_at{0};
-  options_.fail_point = [&](const std::string& command, int step) -> absl::Status {
-    if (command == "lease" && step == fail_at) return Internal("no");
-    return absl::OkStatus();
-  };
+  FailingCommand failing(options_);
   SetLimits("default: {max_running: 2}");
   const StudyId study = IdOf(SubmitAs(kAda, {.pairs = 40}, 2));
-  fail_at = 2;  // The second lease of the call.
+  failing.Set("lease", 2);  // The second lease of the call.
   EXPECT_FALSE(queue_->Lease(AnyWorker("w"), 2).ok());
-  fail_at = 0;
+  failing.Clear();
   EXPECT_EQ(Jobs(study, "solve", "LEASED"), 0);
   EXPECT_THAT(Lease(AnyWorker("w"), 9), SizeIs(2));
 }

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/status.h"
 #include "common/config/frame_files.h"
 #include "coordinator/queue/database/database_file.h"
 #include "coordinator/queue/job_queue.h"
@@ -36,6 +37,31 @@ class FakeClock final : public Clock {
  private:
   std::atomic<double> unix_s_{1.8e9};
   std::atomic<double> steady_s_{1000};
+};
+
+// Makes a command of a queue fail at each of its steps, or at one.
+class FailingCommand {
+ public:
+  // Queues that are opened with these options from now on ask it.
+  explicit FailingCommand(JobQueueOptions& options) {
+    options.fail_point = [at = at_](const std::string& command, int step) {
+      const bool fails = command == at->command.load() && (at->step == 0 || at->step == step);
+      return fails ? Internal("fail point") : absl::OkStatus();
+    };
+  }
+  // A literal; "none": all are let through. `step` 0: each.
+  void Set(const char* command, int step = 0) {
+    at_->step = step;
+    at_->command = command;
+  }
+  void Clear() { Set("none"); }
+
+ private:
+  struct Place {  // The writer's thread reads it.
+    std::atomic<const char*> command{"none"};
+    std::atomic<int> step{0};
+  };
+  std::shared_ptr<Place> at_ = std::make_shared<Place>();
 };
 
 inline WorkerFacts AnyWorker(const std::string& name) {

@@ -8,7 +8,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <deque>
 #include <nlohmann/json.hpp>
 
@@ -411,10 +410,7 @@ TEST_F(NotifierTest, WhatTheDatabaseDidNotKeepIsToldByALaterLook) {
   Receiver receiver;
   notify_.url = receiver.url();
   notify_.stall_s = 600;
-  auto fails = std::make_shared<std::atomic<bool>>(false);  // The writer's thread reads it.
-  options_.fail_point = [fails](const std::string& command, int) {
-    return *fails && command == "notice" ? Internal("fail point") : absl::OkStatus();
-  };
+  FailingCommand failing(options_);
   Start();
   v1::SubmitRequest request = MakeStudy({.name = "baseline", .pairs = 40});
   request.mutable_study()->add_tags("big");
@@ -422,9 +418,9 @@ TEST_F(NotifierTest, WhatTheDatabaseDidNotKeepIsToldByALaterLook) {
   workers_ = {{.kinds = {"solve"}, .memory_mb = 64'000, .free = 1}};
   EXPECT_EQ(Look(), 0);
   const auto insist = [&] {
-    *fails = true;
+    failing.Set("notice");
     for (int i = 0; i < 2; ++i) EXPECT_FALSE(notifier_->Look().ok());
-    *fails = false;
+    failing.Clear();
     return Look();
   };
   clock_.Advance(300);

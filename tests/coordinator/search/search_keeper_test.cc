@@ -381,17 +381,13 @@ TEST_F(SearchKeeperTest, WithoutAScorerNothingBegins) {
 }
 
 TEST_F(SearchKeeperTest, AStopThatIsBrokenOffLeavesNothingThatRunsUnseen) {
-  auto failing = std::make_shared<std::atomic<const char*>>("");  // The writer's thread reads it.
-  options_.fail_point = [failing](const std::string& command, int) {
-    const std::string fails = failing->load();
-    return !fails.empty() && command == fails ? Internal("fail point") : absl::OkStatus();
-  };
+  FailingCommand failing(options_);
   Restart();
   for (const char* command : {"cancel", "search"}) {
     Open(SmallSearch());
-    *failing = command;
+    failing.Set(command);
     EXPECT_FALSE(keeper_->Stop("recipe", "", false).ok()) << command;
-    *failing = "";
+    failing.Clear();
     Restart();
     TickSearches();
     EXPECT_EQ(Status().state(), "running") << command << ": not stopped, so it is not said to be";

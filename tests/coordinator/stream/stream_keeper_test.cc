@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <set>
 
 #include "tests/coordinator/queue/keeper_fixture.h"
@@ -246,18 +245,15 @@ TEST_F(StreamKeeperTest, WhatWasTakenAndNotAcknowledgedComesAgain) {
 }
 
 TEST_F(StreamKeeperTest, WhatTheDatabaseDidNotKeepDoesNotCount) {
-  auto fails = std::make_shared<std::atomic<bool>>(false);  // The writer's thread reads it.
-  options_.fail_point = [fails](const std::string& command, int) {
-    return *fails && command == "stream" ? Internal("fail point") : absl::OkStatus();
-  };
+  FailingCommand failing(options_);
   Restart();
   Open(Endless());
   Work();
   v1::NextPairsRequest request = Request(0, 1, 2);
   const auto insist = [&] {
-    *fails = true;
+    failing.Set("stream");
     for (int tries = 0; tries < 2; ++tries) EXPECT_FALSE(keeper_->Next(request).ok());
-    *fails = false;
+    failing.Clear();
     return Next(request);
   };
   const v1::NextPairsReply first = insist();  // A new consumer.
@@ -401,19 +397,16 @@ TEST_F(StreamKeeperTest, ClosingCancelsAndForgetsAndFreesTheName) {
 }
 
 TEST_F(StreamKeeperTest, ClosingForgetsAChunkThatWasSubmittedAndNotEntered) {
-  auto fails = std::make_shared<std::atomic<bool>>(false);
-  options_.fail_point = [fails](const std::string& command, int) -> absl::Status {
-    return *fails && command == "stream" ? Internal("fail point") : absl::OkStatus();
-  };
+  FailingCommand failing(options_);
   Restart();
   v1::StudySpec study = Endless();
   study.mutable_stream()->set_keep_s(1000);  // Nothing is forgotten before the next chunk is begun.
   Open(study);
   Take(5);  // The second round is begun, so that chunk 3 is wanted.
-  *fails = true;
+  failing.Set("stream");
   clock_.Advance(1);
   EXPECT_FALSE(keeper_->Tick().ok());
-  *fails = false;
+  failing.Clear();
   Restart();
   ASSERT_EQ(Status().chunks_begun(), 3);
   ASSERT_EQ(queue_->ListStudies(100)->size(), 4u);
@@ -424,10 +417,7 @@ TEST_F(StreamKeeperTest, ClosingForgetsAChunkThatWasSubmittedAndNotEntered) {
 }
 
 TEST_F(StreamKeeperTest, AStudyWhoseChunkWasBegunAgainGoesWithItsChunkAtTheLatest) {
-  auto fails = std::make_shared<std::atomic<bool>>(false);
-  options_.fail_point = [fails](const std::string& command, int) {
-    return *fails && command == "forget" ? Internal("fail point") : absl::OkStatus();
-  };
+  FailingCommand failing(options_);
   options_.archive_after_s = 1000;
   Restart();
   Open(Endless());
@@ -437,9 +427,9 @@ TEST_F(StreamKeeperTest, AStudyWhoseChunkWasBegunAgainGoesWithItsChunkAtTheLates
   TickStreams();
   clock_.Advance(1001);
   while (!*queue_->IsArchived(StudyId{1})) ASSERT_TRUE(queue_->Tick().ok());
-  *fails = true;
+  failing.Set("forget");
   EXPECT_FALSE(keeper_->Tick().ok());
-  *fails = false;
+  failing.Clear();
   Restart();
   ASSERT_TRUE(queue_->GetStudy(StudyId{1}).ok());
   Take(12);

@@ -365,11 +365,7 @@ TEST_F(WaitsTest, TheAuditorFindsEveryBrokenWait) {
 }
 
 TEST_F(WaitsTest, AJobThatNoWorkerCanBeToldOfFailsAlsoWhenATickIsUndone) {
-  auto failing = std::make_shared<std::atomic<const char*>>("");  // The writer's thread reads it.
-  options_.fail_point = [failing](const std::string& command, int) {
-    const std::string fails = failing->load();
-    return !fails.empty() && command == fails ? Internal("fail point") : absl::OkStatus();
-  };
+  FailingCommand failing(options_);
   Reopen();
   plan = [](WorkDesk& desk, const v1::StudySpec&, std::span<const int64_t> variants) {
     return desk.AddJob({.kind = "noop", .variant = variants[0], .input = "?"}).status();
@@ -377,10 +373,10 @@ TEST_F(WaitsTest, AJobThatNoWorkerCanBeToldOfFailsAlsoWhenATickIsUndone) {
   const StudyId study = Submit();
   EXPECT_THAT(Lease(Idler("w")), testing::IsEmpty());
   for (const char* command : {"tick", "settle"}) {  // The command alone, and its whole group.
-    *failing = command;
+    failing.Set(command);
     EXPECT_FALSE(queue_->Tick().ok());
   }
-  *failing = "";
+  failing.Clear();
   Tick();
   EXPECT_THAT(Noops(study), ElementsAre("FAILED"));
   Tick();

@@ -27,6 +27,7 @@ struct ExperimentOptions {
   std::string seeds;      // simulate: "5..9".
   int64_t new_seeds = 0;  // simulate: run the kept seeds, then so many that are new each time.
   bool trace = false;     // simulate: tell the stories of the seeds.
+  int64_t events = 100'000;  // simulate-growth: through which the coordinator lives.
 };
 
 struct Tally {
@@ -57,6 +58,7 @@ void Poison(const ExperimentOptions& options, Tally& tally);
 void Invariance(const ExperimentOptions& options, Tally& tally);
 void Simulate(const ExperimentOptions& options, Tally& tally);
 void SimulateControls(const ExperimentOptions& options, Tally& tally);
+void SimulateGrowth(const ExperimentOptions& options, Tally& tally);
 void Strangers(const ExperimentOptions& options, Tally& tally);
 
 // A folder of this process's own, gone with it; if the process is killed, with the next one.

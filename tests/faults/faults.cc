@@ -34,6 +34,8 @@ const Entry kExperiments[] = {
     {"simulate", "12: the whole job system in one thread, decided by a seed", Simulate},
     {"simulate-controls", "12: switches guards off; each must be found within 200 seeds",
      SimulateControls},
+    {"simulate-growth", "12: one long life of the coordinator, whose memory must not grow",
+     SimulateGrowth},
 };
 
 std::string CommandLine(int argc, char** argv) {
@@ -79,6 +81,8 @@ int Main(int argc, char** argv) {
     command->add_option("--new", options.new_seeds,
                         "simulate: the kept seeds, then so many that are new each time");
     command->add_flag("--trace", options.trace, "simulate: tell what happens in these seeds");
+    command->add_option("--events", options.events,
+                        "simulate-growth: through which the coordinator lives (default 100000)");
     command->add_option("--guard", options.guard, "simulate-controls: switch this one off");
     command->add_option("--rows", options.rows, "kill-coordinator: jobs in the database before");
   }

@@ -121,4 +121,20 @@ Knobs DrawKnobs(Rng rng) {
   return knobs;
 }
 
+Knobs WithoutEnd(Knobs knobs) {
+  knobs.coordinator_life_s = 0;
+  knobs.crash_loop_at_s = 0;
+  knobs.upgrade_at_s = 0;
+  knobs.disk_errs = false;
+  knobs.lie = Lie::kNone;
+  knobs.has_files = false;
+  knobs.has_stream = false;
+  knobs.has_search = false;
+  // The model looks at all jobs that ever were to check it.
+  knobs.user_running = 0;
+  knobs.queue.limits = LimitRules();
+  knobs.replaces_studies = true;
+  return knobs;
+}
+
 }  // namespace parallax::faults

@@ -68,8 +68,12 @@ struct Knobs {
   double store_lie_every_s = 60;  // Between changes of such a file behind everybody's back.
   bool has_stream = false;        // A training takes the pairs of a stream.
   bool has_search = false;
+  // Studies are forgotten when they have ended, and others are submitted in their place.
+  bool replaces_studies = false;
 };
 
 Knobs DrawKnobs(Rng rng);
+// The same farm, but its coordinator lives on, and has always as many studies.
+Knobs WithoutEnd(Knobs knobs);
 
 }  // namespace parallax::faults

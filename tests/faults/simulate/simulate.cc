@@ -1,5 +1,6 @@
 // The experiments `simulate` and `simulate-controls`: many runs of the simulated farm, each from
 // its own seed.
+#include <fmt/core.h>
 #include <signal.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -204,6 +205,10 @@ bool ParseRange(const std::string& text, uint64_t* first, uint64_t* last) {
   return *first <= *last;
 }
 
+// A page of the database is kept by its writer and its reader; the rest is for caches that fill.
+constexpr double kMostGrowth = 1 << 20;
+constexpr double kCopiesOfPages = 2;
+
 }  // namespace
 
 void Simulate(const ExperimentOptions& options, Tally& tally) {
@@ -263,6 +268,27 @@ void SimulateControls(const ExperimentOptions& options, Tally& tally) {
     std::sort(needed.begin(), needed.end());
     tally.figures[std::string("median_seeds ") + named.name] =
         static_cast<double>(needed[needed.size() / 2]);
+  }
+}
+
+void SimulateGrowth(const ExperimentOptions& options, Tally& tally) {
+  LogNothing();
+  for (int round = 0; round < options.rounds; ++round) {
+    const uint64_t seed = options.seed + static_cast<uint64_t>(round);
+    const RunResult result = RunSeed({.seed = seed, .events = options.events});
+    for (const std::string& complaint : result.complaints) tally.Lost(complaint);
+    const double bound = kMostGrowth + kCopiesOfPages * result.database_bytes;
+    const std::string what = fmt::format(
+        "seed {}: {} events, {} jobs, {:.0f} days, database of {:.0f} kB: memory grew by {:.0f} kB",
+        seed, result.events, result.jobs, result.virtual_s / 86400, result.database_bytes / 1e3,
+        result.grown_bytes / 1e3);
+    std::cerr << what << std::endl;
+    if (result.grown_bytes > bound)
+      tally.Lost(fmt::format("{}; allowed are {:.0f} kB", what, bound / 1e3));
+    ++tally.rounds;
+    tally.jobs += result.jobs;
+    tally.figures["events"] += static_cast<double>(result.events);
+    tally.figures["grown_kb"] = std::max(tally.figures["grown_kb"], result.grown_bytes / 1e3);
   }
 }
 

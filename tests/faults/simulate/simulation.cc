@@ -1,6 +1,9 @@
 #include "tests/faults/simulate/simulation.h"
 
+#include <malloc.h>
+
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 
 #include "tests/faults/experiment.h"
@@ -27,7 +30,8 @@ class Run {
  public:
   explicit Run(const RunOptions& options)
       : folder_(/*memory=*/true),
-        world_(options.seed, options.tells, options.mutation),
+        events_(options.events),
+        world_(options.seed, options.tells, options.mutation, options.events > 0),
         coordinator_(world_, folder_.path()) {
     std::vector<std::string> names;
     for (int i = 0; i < world_.knobs.workers; ++i) {
@@ -61,17 +65,16 @@ class Run {
       world_.schedule.After(world_.Next(world_.knobs.worker_away_s),
                             [&worker] { worker->Start(); });
     }
-    RunUntil(world_.knobs.faults_s);
+    if (events_ == 0) RunUntil(world_.knobs.faults_s);
+    while (goes_on() && world_.schedule.events() < events_) RunUntil(In(1));
     if (world_.knobs.upgrade_at_s > 0) Upgrade(/*at_once=*/true);
     world_.story.Tell("the faults are over");
     world_.has_faults = false;
     coordinator_.Mend();
     for (const auto& worker : workers_) worker->Mend();
     client_->Settle();
-    const double bound_s = world_.schedule.now() + Bound();
-    while (goes_on() && !HasEnded() && world_.schedule.now() < bound_s) {
-      RunUntil(world_.schedule.now() + world_.knobs.queue.lease_s);
-    }
+    ComeToRest();
+    const double grown_bytes = events_ > 0 ? MeasureGrowth() : 0;
     if (sound() && !coordinator_.has_refused()) Judge();
     return {.complaints = coordinator_.model().complaints(),
             .story = world_.story.text(),
@@ -81,10 +84,40 @@ class Run {
             .stale = coordinator_.model().stale(),
             .starts = coordinator_.lives(),
             .refused = coordinator_.has_refused(),
-            .points = coordinator_.points()};
+            .points = coordinator_.points(),
+            .grown_bytes = grown_bytes,
+            .database_bytes = static_cast<double>(
+                events_ > 0 ? std::filesystem::file_size(folder_.path() + "/queue.db") : 0)};
   }
 
  private:
+  // The time after so many leases.
+  double In(double leases) const {
+    return world_.schedule.now() + leases * world_.knobs.queue.lease_s;
+  }
+
+  void ComeToRest() {
+    const double bound_s = world_.schedule.now() + Bound();
+    while (goes_on() && !HasEnded() && world_.schedule.now() < bound_s) RunUntil(In(1));
+  }
+
+  // All processes begin anew: what they hold less than before had grown.
+  double MeasureGrowth() {
+    const auto held_bytes = [] {
+      const struct mallinfo2 heap = mallinfo2();
+      return static_cast<double>(heap.uordblks + heap.hblkhd);
+    };
+    RunUntil(In(2));
+    const double before = held_bytes();
+    if (coordinator_.is_up()) coordinator_.Die(/*power_cut=*/false);
+    for (const auto& worker : workers_) {
+      if (worker->is_up()) worker->Die("ends", world_.knobs.turn_s);
+    }
+    ComeToRest();
+    RunUntil(In(2));
+    return before - held_bytes();
+  }
+
   void LieLater() {
     world_.schedule.After(world_.Next(world_.knobs.store_lie_every_s), [this] {
       if (!world_.has_faults) return;
@@ -177,6 +210,7 @@ class Run {
   }
 
   const TempFolder folder_;
+  const int64_t events_;
   World world_;
   SimCoordinator coordinator_;
   std::vector<std::unique_ptr<SimWorker>> workers_;

@@ -13,6 +13,8 @@ struct RunOptions {
   uint64_t seed = 1;
   bool tells = false;  // Keep the story.
   Mutation mutation;
+  // The faults end after so many events, through which the coordinator lives; 0: the seed decides.
+  int64_t events = 0;
 };
 
 struct RunResult {
@@ -25,6 +27,10 @@ struct RunResult {
   int64_t starts = 0;    // Of the coordinator.
   bool refused = false;  // It ended for damage to its database.
   Points points;         // Steps of the queue's commands that it came to.
+  // Of RunOptions::events: how many bytes of the heap the processes of then held more than new ones
+  // on the same database, and the size of that.
+  double grown_bytes = 0;
+  double database_bytes = 0;
 };
 
 RunResult RunSeed(const RunOptions& options);

@@ -23,11 +23,12 @@ struct Mutation {
 };
 
 struct World {
-  World(uint64_t run_seed, bool tells, const Mutation& off)
+  World(uint64_t run_seed, bool tells, const Mutation& off, bool without_end = false)
       : seed(run_seed),
         mutation(off),
         rng(SceneSeed{run_seed}, "simulate"),
-        knobs(DrawKnobs(rng.Child("knobs"))),
+        knobs(without_end ? WithoutEnd(DrawKnobs(rng.Child("knobs")))
+                          : DrawKnobs(rng.Child("knobs"))),
         story(schedule, tells),
         dice(rng.Child("events")) {}
 

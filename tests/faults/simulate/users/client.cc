@@ -5,6 +5,11 @@
 #include "tests/coordinator/queue/train_fixture.h"
 
 namespace parallax::faults {
+namespace {
+
+constexpr int kMostOpen = 100;  // Studies at a time.
+
+}  // namespace
 
 SimClient::SimClient(World& world, SimCoordinator& coordinator, std::vector<std::string> workers)
     : world_(world),
@@ -15,6 +20,7 @@ SimClient::SimClient(World& world, SimCoordinator& coordinator, std::vector<std:
 void SimClient::Start() {
   for (int i = 0; i < world_.knobs.studies; ++i) {
     ++open_;
+    ++submitted_;
     world_.schedule.After(i == 0 ? 0 : world_.knobs.faults_s * 0.7 * dice_.Uniform(),
                           [this, request = StudyOf(i)] {
                             --open_;
@@ -22,6 +28,25 @@ void SimClient::Start() {
                           });
   }
   if (world_.knobs.order_every_s > 0) OrderLater();
+  if (world_.knobs.replaces_studies) ReplaceLater();
+}
+
+void SimClient::ReplaceLater() {
+  world_.schedule.After(world_.Next(world_.knobs.queue.lease_s), [this] {
+    if (!world_.has_faults) return;
+    Call([this] {
+      const auto open = coordinator_.queue().ListStudies(kMostOpen, 0, /*only_unfinished=*/true);
+      // A submission that is repeated after its study was forgotten makes another one.
+      if (!open.ok() || !world_.has_faults || !is_done()) return;
+      std::erase_if(studies_, [&](int64_t study) {
+        const auto is_this = [&](const auto& status) { return status.study_id() == study; };
+        return std::none_of(open->begin(), open->end(), is_this) && Forget(study);
+      });
+      const auto wanted = static_cast<size_t>(world_.knobs.studies);
+      if (studies_.size() < wanted) Submit(StudyOf(submitted_++));
+    });
+    ReplaceLater();
+  });
 }
 
 v1::SubmitRequest SimClient::StudyOf(int index) {
@@ -151,22 +176,28 @@ void SimClient::Steer(int64_t study, int draw) {
     Order(
         study, "cancel", [&] { return queue.Cancel(id, "", "client"); }, ends(Kind::kCancel));
   } else {
-    Order(
-        study, "forget", [&] { return queue.Forget(id, "", "client").status(); },
-        ends(Kind::kForget));
+    Forget(study);
   }
 }
 
-void SimClient::Order(int64_t study, const char* name, const std::function<absl::Status()>& ask,
+bool SimClient::Forget(int64_t study) {
+  return Order(
+      study, "forget",
+      [&] { return coordinator_.queue().Forget(StudyId{study}, "", "client").status(); },
+      [&] { coordinator_.model().OrderEnds(study, QueueModel::Order::kForget); });
+}
+
+bool SimClient::Order(int64_t study, const char* name, const std::function<absl::Status()>& ask,
                       const std::function<void()>& tell) {
   QueueModel& model = coordinator_.model();
-  if (!model.Knows(study)) return;  // A backup from before it was put back.
+  if (!model.Knows(study)) return false;  // A backup from before it was put back.
   model.OrderBegins(study);
   const absl::Status status = ask();
   world_.story.Tell("client: {} study {}: {}", name, study, status.ToString());
   status.ok() ? tell() : model.OrderFails(study);
   // A refusal is the queue's own word, not SQLite's.
   if (std::string(status.message()).starts_with("database:")) model.Expect(status, name);
+  return status.ok();
 }
 
 void SimClient::Settle() {

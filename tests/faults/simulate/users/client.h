@@ -31,6 +31,8 @@ class SimClient {
  private:
   v1::SubmitRequest StudyOf(int index);
   void Submit(const v1::SubmitRequest& request);
+  // Again and again: forgets a study that has ended, and submits the next.
+  void ReplaceLater();
   void OrderLater();
   void GiveOrder();
   void Steer(int64_t study, int draw);
@@ -41,15 +43,18 @@ class SimClient {
   };
   void Repeat(const std::shared_ptr<OpenCall>& open);
   // Asks the queue to do something about a study and tells the model.
-  void Order(int64_t study, const char* name, const std::function<absl::Status()>& ask,
+  // Returns whether it does.
+  bool Order(int64_t study, const char* name, const std::function<absl::Status()>& ask,
              const std::function<void()>& tell);
+  bool Forget(int64_t study);
 
   World& world_;
   SimCoordinator& coordinator_;
   const std::vector<std::string> workers_;
   Rng dice_;
   std::vector<int64_t> studies_;  // Acknowledged.
-  int open_ = 0;                  // Calls that must still be answered.
+  int submitted_ = 0;
+  int open_ = 0;  // Calls that must still be answered.
 };
 
 }  // namespace parallax::faults

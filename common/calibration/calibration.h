@@ -59,11 +59,12 @@ struct CalibrationOptions {
 //   RealSense           JSON with rs2_intrinsics (width, height, fx, fy, ppx, ppy, model, coeffs)
 //                       of `left` and `right` or `infrared1` and `infrared2`, and rs2_extrinsics
 //                       (rotation, column by column; translation) or a baseline; of several
-//                       extrinsics those whose name has both streams
+//                       extrinsics those whose name has both streams, never those to another sensor
 //                       Short names (left.fx, fy, cx, cy; baseline) do as well
 //   OAK                 JSON of an EEPROM: cameraData of the sockets in stereoRectificationData,
 //                       lengths in centimetres
-//   ZED                 SN*.conf: [LEFT_CAM_HD], [RIGHT_CAM_HD], [STEREO]
+//   ZED                 SN*.conf: [LEFT_CAM_HD], [RIGHT_CAM_HD], [STEREO]; without k1 there, as a
+//                       ZED X has it, [LEFT_DISTO], [RIGHT_DISTO]
 // `file` is only for messages.
 // Errors: kInvalidArgument, "file:line: field: what was seen, what is allowed".
 absl::StatusOr<StereoCalibration> ParseCalibration(std::string_view text, const std::string& file,

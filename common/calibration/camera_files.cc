@@ -153,34 +153,43 @@ class RealSense {
     return word.npos;
   }
 
-  // Returns the extrinsics between the two cameras: the only ones of the file, or those whose name
-  // has both streams, from left to right where the file has both directions.
-  absl::StatusOr<Extrinsics> FindExtrinsics() const {
-    const std::map<std::string, Extrinsics> entries = AllExtrinsics();
-    if (entries.empty()) return Extrinsics();
-    if (entries.size() == 1) return entries.begin()->second;
+  // Whether the name is of extrinsics to another sensor than the two cameras.
+  static bool NamesOther(const std::string& word) {
+    constexpr StreamNames kOthers = {"color", "rgb", "gyro", "accel"};
+    const bool depth = word.find("depth") != word.npos;  // It is seen from the left camera.
+    return PlaceIn(word, kOthers) != word.npos ||
+           (depth && PlaceIn(word, kRightStreams) == word.npos);
+  }
+
+  // Returns the extrinsics between the two cameras: those whose name has both streams, from left
+  // to right where the file has both directions; or the only ones, if their name has no other
+  // sensor. nullptr if there are none.
+  static const Extrinsics* Between(const std::map<std::string, Extrinsics>& entries) {
     const Extrinsics* found = nullptr;
-    std::string names;
     for (const auto& [name, extrinsics] : entries) {
-      names += (names.empty() ? "" : ", ") + Quoted(name);
       const std::string word = LowerWord(name);
       const size_t left = PlaceIn(word, kLeftStreams), right = PlaceIn(word, kRightStreams);
-      if (left == word.npos || right == word.npos) continue;
-      if (left < right) return extrinsics;
-      found = &extrinsics;
+      const bool both = left != word.npos && right != word.npos;
+      if (both && left < right) return &extrinsics;
+      if (both || (entries.size() == 1 && !NamesOther(word))) found = &extrinsics;
     }
-    if (found != nullptr) return *found;
-    return fields_.Error(entries.begin()->second.translation,
-                         "extrinsics of several streams (" + names +
-                             "), allowed is one entry, or one whose name has both streams, such "
-                             "as infrared1_to_infrared2");
+    return found;
   }
 
   // Reads the cameras' poses from rs2_extrinsics of either direction, or from a baseline.
   absl::Status ReadPlaces(StereoCalibration* calibration) const {
-    ASSIGN_OR_RETURN(const Extrinsics extrinsics, FindExtrinsics());
-    return extrinsics.translation.empty() ? ReadBaseline(calibration)
-                                          : ReadPoses(extrinsics, calibration);
+    const std::map<std::string, Extrinsics> entries = AllExtrinsics();
+    const Extrinsics* const extrinsics = Between(entries);
+    if (extrinsics != nullptr) return ReadPoses(*extrinsics, calibration);
+    RETURN_IF_ERROR(ReadBaseline(calibration));
+    if (entries.empty() || calibration->baseline_m) return absl::OkStatus();
+    std::string names;
+    for (const auto& [name, other] : entries) names += (names.empty() ? "" : ", ") + Quoted(name);
+    return fields_.Error(entries.begin()->second.translation,
+                         "extrinsics of " + std::string(entries.size() == 1 ? "other" : "several") +
+                             " streams (" + names +
+                             "), allowed are those whose name has both streams, such as "
+                             "infrared1_to_infrared2, or a baseline");
   }
 
   absl::Status ReadPoses(const Extrinsics& extrinsics, StereoCalibration* calibration) const {
@@ -242,8 +251,11 @@ struct ZedMode {
 constexpr ZedMode kZedModes[] = {{"HD", 1280, 720}, {"2K", 2208, 1242},      {"FHD", 1920, 1080},
                                  {"VGA", 672, 376}, {"FHD1200", 1920, 1200}, {"SVGA", 960, 600}};
 
-absl::StatusOr<RawIntrinsics> ZedEye(const Fields& fields, const std::string& section,
+// `side` is LEFT or RIGHT. The lens is in the mode's section; of a ZED X in a section for all
+// modes.
+absl::StatusOr<RawIntrinsics> ZedEye(const Fields& fields, const std::string& side,
                                      const ZedMode& mode) {
+  const std::string section = side + "_CAM_" + mode.name + ".";
   RawIntrinsics raw;
   ASSIGN_OR_RETURN(raw.k.fx_px, fields.Number(section + "fx"));
   ASSIGN_OR_RETURN(raw.k.fy_px, fields.Number(section + "fy"));
@@ -252,9 +264,12 @@ absl::StatusOr<RawIntrinsics> ZedEye(const Fields& fields, const std::string& se
   if (!(raw.k.fx_px > 0) || !(raw.k.fy_px > 0)) {
     return fields.Error(section + "fx", "a focal length is not above 0");
   }
+  const bool own = fields.Has(section + "k1") || !fields.Has(side + "_DISTO.k1");
+  const std::string lens = own ? section : side + "_DISTO.";
+  ASSIGN_OR_RETURN(raw.lens.c[0], fields.Number(lens + "k1"));
   const char* names[] = {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"};
-  for (size_t i = 0; i < 8; ++i) {
-    ASSIGN_OR_RETURN(raw.lens.c[i], fields.NumberOr(section + names[i], 0));
+  for (size_t i = 1; i < 8; ++i) {
+    ASSIGN_OR_RETURN(raw.lens.c[i], fields.NumberOr(lens + names[i], 0));
   }
   raw.lens.model = LensDistortion::Model::kBrownConrady;
   raw.width_px = mode.width_px;
@@ -282,8 +297,8 @@ Parsed FromZed(const Fields& fields, const CalibrationOptions& options) {
   StereoCalibration calibration;
   calibration.format = "zed";
   calibration.raw.emplace();
-  ASSIGN_OR_RETURN((*calibration.raw)[0], ZedEye(fields, "LEFT_CAM_" + part + ".", *mode));
-  ASSIGN_OR_RETURN((*calibration.raw)[1], ZedEye(fields, "RIGHT_CAM_" + part + ".", *mode));
+  ASSIGN_OR_RETURN((*calibration.raw)[0], ZedEye(fields, "LEFT", *mode));
+  ASSIGN_OR_RETURN((*calibration.raw)[1], ZedEye(fields, "RIGHT", *mode));
   calibration.rectified = (*calibration.raw)[0].k;
   calibration.width_px = mode->width_px;
   calibration.height_px = mode->height_px;

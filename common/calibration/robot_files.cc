@@ -253,6 +253,12 @@ Parsed FromOrbSlam3(const Fields& fields, const CalibrationOptions&) {
       ASSIGN_OR_RETURN(const double value, fields.NumberOr(at + name, 0));
       eyes[i].d.push_back(value);
     }
+    for (const char* name : {"k3", "k4", "k5", "k6"}) {
+      if (fisheye || !fields.Has(at + name)) continue;
+      if (name[1] != '3') return fields.Error(at + name, "allowed with PinHole are k1 to k3");
+      ASSIGN_OR_RETURN(const double k3, fields.Number(at + name));
+      eyes[i].d.push_back(k3);
+    }
     ASSIGN_OR_RETURN(eyes[i].width, fields.Pixels("Camera.width"));
     ASSIGN_OR_RETURN(eyes[i].height, fields.Pixels("Camera.height"));
   }

@@ -115,40 +115,35 @@ class Channels {
   // The layer's own R G B; of several layers the one without a name, or Blender's Combined; of
   // files without colours the luminance, three times.
   absl::StatusOr<Source> Colors() const {
-    std::vector<const Layer*> found;
-    std::string names;
-    for (const auto& [name, layer] : layers_) {
-      if (!layer.Has({"r", "g", "b"})) continue;
-      if (name.empty() || EndsWith(name, "combined")) return layer.SourceOf({"r", "g", "b"});
-      names += (names.empty() ? "" : ", ") + Quoted(name);
-      found.push_back(&layer);
-    }
-    if (found.size() > 1) {
-      return InvalidArgument("EXR of several pictures, {}: keep one of them", names);
-    }
-    if (found.size() == 1) return found[0]->SourceOf({"r", "g", "b"});
+    ASSIGN_OR_RETURN(const Layer* const found, LayerThat([](const Layer& layer) {
+                       return layer.Has({"r", "g", "b"});
+                     }));
+    if (found != nullptr) return found->SourceOf({"r", "g", "b"});
     if (all_.size() <= 2 && !layers_.empty() && layers_.begin()->second.Has({"y"})) {
       return layers_.begin()->second.SourceOf({"y", "y", "y"});
     }
-    return InvalidArgument("EXR without channel R, G or B; it has {}", Names());
+    return NoColors();
   }
 
-  // R, G and B as our own maps have them.
+  // R, G and B as our own maps have them, in the part that has them.
   absl::StatusOr<Source> Rgb() const {
-    Source source{0, {"R", "G", "B"}};
-    for (const std::string& name : source.channels) {
-      if (std::find(all_.begin(), all_.end(), name) != all_.end()) continue;
-      return InvalidArgument("EXR without channel {}; it has {}", name, Names());
-    }
-    return source;
+    const std::vector<std::string> names = {"R", "G", "B"};
+    ASSIGN_OR_RETURN(
+        const Layer* const found, LayerThat([&](const Layer& layer) {
+          return layer.Has({"r", "g", "b"}) && layer.SourceOf({"r", "g", "b"}).channels == names;
+        }));
+    if (found == nullptr) return NoColors();
+    return Source{found->part, names};
   }
 
-  // The only channel of the file, else Y, else Z.
+  // Y, else Z, of a layer that has no X, for with X they are vectors; else the only channel of the
+  // file.
   absl::StatusOr<Source> Value() const {
     for (const char* wanted : {"y", "z"}) {
-      for (const auto& [name, layer] : layers_) {
-        if (layer.Has({wanted})) return layer.SourceOf({wanted});
-      }
+      ASSIGN_OR_RETURN(const Layer* const found, LayerThat([&](const Layer& layer) {
+                         return layer.Has({wanted}) && !layer.Has({"x"});
+                       }));
+      if (found != nullptr) return found->SourceOf({wanted});
     }
     if (all_.size() == 1) {
       const Layer& layer = layers_.begin()->second;
@@ -172,6 +167,28 @@ class Channels {
       return source;
     }
   };
+
+  // The layer that `fits`: of several the one without a name, or Blender's Combined; nullptr if
+  // none does. Errors: kInvalidArgument naming several others.
+  template <typename Fits>
+  absl::StatusOr<const Layer*> LayerThat(const Fits& fits) const {
+    std::vector<const Layer*> found;
+    std::string names;
+    for (const auto& [name, layer] : layers_) {
+      if (!fits(layer)) continue;
+      if (name.empty() || EndsWith(name, "combined")) return &layer;
+      names += (names.empty() ? "" : ", ") + Quoted(name);
+      found.push_back(&layer);
+    }
+    if (found.size() > 1) {
+      return InvalidArgument("EXR of several pictures, {}: keep one of them", names);
+    }
+    return found.empty() ? nullptr : found[0];
+  }
+
+  absl::Status NoColors() const {
+    return InvalidArgument("EXR without channel R, G or B; it has {}", Names());
+  }
 
   static std::string Lower(std::string text) {
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));

@@ -39,7 +39,7 @@ absl::StatusOr<std::string> EncodePfm(const ImageF& image);
 absl::StatusOr<std::string> EncodePfm(const ImageF3& image);
 
 // Decode bytes. A PNG must have the channels and bit depth of the function's name; palettes and
-// fewer than 8 bits count as what they expand to. An EXR may hold halves or floats.
+// fewer than 8 bits count as what they expand to. An EXR may hold halves or floats, and layers.
 absl::StatusOr<ImageRgb8> DecodePngRgb8(std::string_view bytes);
 absl::StatusOr<ImageU8> DecodePngU8(std::string_view bytes);
 absl::StatusOr<ImageU16> DecodePngU16(std::string_view bytes);

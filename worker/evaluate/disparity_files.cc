@@ -132,11 +132,15 @@ absl::StatusOr<ImageF> FromPng(std::string_view bytes, std::optional<float> step
   }
   ASSIGN_OR_RETURN(const ImageRgb8 png, DecodePictureRgb8(bytes));
   ImageF image(png.width(), png.height());
-  bool grey = true;
+  bool grey = true, digits = true;
   for (size_t i = 0; i < image.pixels(); ++i) {
     const uint8_t* p = png.data() + 3 * i;
     grey &= p[0] == p[1] && p[1] == p[2];
+    digits &= p[1] < 255 && p[2] < 255;
     image.values()[i] = static_cast<float>((p[0] * 255 + p[1]) * 255 + p[2]);
+  }
+  if (!grey && !digits) {
+    return InvalidArgument("8-bit colours, no digits to the base 255: a picture for people?");
   }
   if (!grey) {
     ScaleSteps(image, steps.value_or(kDigitSteps));

@@ -25,11 +25,11 @@ inline constexpr float kLargestTruthPx = 1000;
 // Source: numpy.lib.format, versions 1.0 to 3.0.
 absl::StatusOr<ImageF> DecodeNpy(std::string_view bytes, std::optional<float> steps = {});
 
-// Reads the values of a file by its extension: .pfm, .exr (channel Y or Z, or its only one), .npy
-// or .png. `steps` is the value of one pixel of disparity, by which all values are divided; absent:
-// 1 for floating-point numbers, 256 for a PNG of 16 bits, 1000 for one of 24 (digits to the base
-// 255, as FoundationStereo writes them); 8-bit files and whole numbers in an .npy need it. 0 steps
-// mean "none" and become NaN.
+// Reads the values of a file by its extension: .pfm, .exr (channel Y or Z without an X, or its only
+// one), .npy or .png. `steps` is the value of one pixel of disparity, by which all values are
+// divided; absent: 1 for floating-point numbers, 256 for a PNG of 16 bits, 1000 for one of 24
+// (digits to the base 255, as FoundationStereo writes them); 8-bit files and whole numbers in an
+// .npy need it. 0 steps mean "none" and become NaN.
 absl::StatusOr<ImageF> ReadDisparity(const std::string& path, std::optional<float> steps = {});
 
 // Reads a map like ReadDisparity, and sets pixels without known truth to 0.

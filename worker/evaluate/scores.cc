@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "common/base/system/file.h"
+#include "common/store/store.h"
 
 namespace parallax {
 namespace {
@@ -185,7 +186,7 @@ absl::StatusOr<Evaluation> DecodeEvaluation(std::string_view text) {
 }
 
 absl::Status WriteEvaluation(const std::string& path, const Evaluation& evaluation) {
-  return WriteFile(path, EncodeEvaluation(evaluation), /*sync=*/true);
+  return WriteFileAtomically(path, EncodeEvaluation(evaluation));
 }
 
 absl::StatusOr<Evaluation> ReadEvaluation(const std::string& path) {
@@ -215,7 +216,8 @@ absl::StatusOr<std::vector<Evaluation>> ReadEvaluations(const std::string& dir) 
   std::map<Key, std::pair<size_t, std::string>> seen;
   for (const std::string& path : paths) {
     ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
-    if (!IsScoreFile(text)) continue;
+    const bool begun = text.starts_with("{\"schema\":\"parallax-scores");  // It may be cut.
+    if (!begun && !IsScoreFile(text)) continue;
     absl::StatusOr<Evaluation> one = DecodeEvaluation(text);
     if (!one.ok()) return WithContext(one.status(), path);
     const Key key{one->benchmark, one->run.variant, one->run.trainer, one->run.seed};

@@ -54,7 +54,7 @@ std::string EncodeEvaluation(const Evaluation& evaluation);
 // Errors: kDataLoss for a file that ends early or is not one of ours, naming the line.
 absl::StatusOr<Evaluation> DecodeEvaluation(std::string_view text);
 
-// Errors: as WriteFile.
+// Errors: as WriteFileAtomically.
 absl::Status WriteEvaluation(const std::string& path, const Evaluation& evaluation);
 // Errors: those of ReadFile and DecodeEvaluation, naming the path.
 absl::StatusOr<Evaluation> ReadEvaluation(const std::string& path);

@@ -255,7 +255,7 @@ void RegisterEvaluate(Registry& registry) {
       registry.app, "evaluate", "Score predictions on benchmarks of real or generated pairs",
       "PREDICTOR is `network` (comes with Parallax unless $PARALLAX_NETWORK names another),\n"
       "`sgbm` (OpenCV's matcher, the classical baseline), a checkpoint of the built-in trainer,\n"
-      "or a folder of predictions <pair>.pfm, .png (16 bits, x256), .npy or .exr. With --command\n"
+      "or a folder of predictions <pair>.pfm, .npy, .exr or .png (16 bits, x256). With --command\n"
       "any program predicts: {list} becomes a file of lines `left right output.pfm`.\n"
       "One score file a benchmark; `parallax table` makes tables of them. Pixels without a valid\n"
       "prediction count as wrong, a pair without a prediction is an error.\n"

@@ -1,11 +1,13 @@
 // predict: the disparities of one pair.
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "common/base/status.h"
-#include "common/base/system/file.h"
 #include "common/base/system/temporary_folder.h"
 #include "common/image/io.h"
+#include "common/store/store.h"
 #include "coordinator/client/cancellable.h"
 #include "coordinator/client/commands/evaluate_command.h"
 #include "coordinator/client/content/predictor_choice.h"
@@ -28,9 +30,19 @@ struct PredictOptions {
 
 absl::Status WriteOutput(const std::string& path, const ImageF& disparity_px) {
   const std::string extension = fs::path(path).extension();
-  if (extension == ".pfm") return WritePfm(path, disparity_px);
-  ASSIGN_OR_RETURN(const std::string png, EncodeDisparityPng(disparity_px));
-  return WriteFile(path, png);
+  const bool pfm = extension == ".pfm";
+  float largest_px = 0;
+  for (const float d : disparity_px.values()) {
+    if (std::isfinite(d)) largest_px = std::max(largest_px, d);
+  }
+  if (!pfm && largest_px * 256 > 65535) {
+    return InvalidArgument(
+        "--out {}: disparities up to {:.4g} px, a PNG x256 holds 255.99: write a .pfm", path,
+        largest_px);
+  }
+  ASSIGN_OR_RETURN(const std::string bytes,
+                   pfm ? EncodePfm(disparity_px) : EncodeDisparityPng(disparity_px));
+  return WriteFileAtomically(path, bytes);
 }
 
 absl::StatusOr<ImageF> PredictOne(const PredictOptions& options, Predictor& predictor,
@@ -87,7 +99,7 @@ void RegisterPredict(Registry& registry) {
       "PREDICTOR is `network` (default), which comes with Parallax unless $PARALLAX_NETWORK names\n"
       "another; `sgbm` (OpenCV's matcher); or a checkpoint of the built-in trainer. The output\n"
       "holds disparities of the left picture in pixels: a PFM as float32, a PNG as 16 bits x256\n"
-      "with 0 for none.\n"
+      "with 0 for none, refused beyond 255.99 px.\n"
       "\n"
       "Examples:\n"
       "  parallax predict left.png right.png --out disparity.pfm\n"

@@ -101,6 +101,25 @@ TEST(Calibration, ZedHasARawPairOfTheChosenResolution) {
   EXPECT_EQ(large.rectified.fx_px, 1403.76);
 }
 
+TEST(Calibration, ZedXHasItsLensesInSectionsOfTheirOwn) {
+  const std::string cameras =
+      "[LEFT_CAM_FHD1200]\nfx=738.5\nfy=738.25\ncx=961.5\ncy=603.5\n"
+      "[RIGHT_CAM_FHD1200]\nfx=739.5\nfy=739.25\ncx=955.5\ncy=601.5\n"
+      "[STEREO]\nBaseline=119.9\n";
+  const std::string lens = "k1=0.5\nk2=-0.1\np1=0.001\np2=0.002\nk3=-0.03\nk4=0.8\nk5=-0.2\n";
+  const CalibrationOptions options{.part = "FHD1200", .unit_m = {}};
+  const auto calibration = ParseCalibration(
+      cameras + "[LEFT_DISTO]\n" + lens + "k6=-0.05\n[RIGHT_DISTO]\n" + lens + "k6=-0.06\n",
+      "zedx.conf", options);
+  ASSERT_TRUE(calibration.ok()) << calibration.status();
+  ASSERT_TRUE(calibration->raw);
+  EXPECT_EQ((*calibration->raw)[0].lens.c[4], -0.03) << "k3";
+  EXPECT_EQ((*calibration->raw)[0].lens.c[7], -0.05) << "k6";
+  EXPECT_EQ((*calibration->raw)[1].lens.c[7], -0.06) << "k6";
+  EXPECT_THAT(std::string(ToStd(ParseCalibration(cameras, "f", options).status().message())),
+              HasSubstr("f: LEFT_CAM_FHD1200.k1: missing"));
+}
+
 TEST(Calibration, OpenCvIsRectifiedAsOpenCvRectifies) {
   const StereoCalibration ours = Parse("opencv.yml", {.part = "", .unit_m = 1e-3});
   EXPECT_EQ(ours.format, "opencv");
@@ -219,6 +238,25 @@ TEST(Calibration, RealSenseTakesTheExtrinsicsBetweenItsTwoStreams) {
   EXPECT_EQ(others.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(ToStd(others.status().message())),
               HasSubstr("of several streams (\"infrared1_to_color\", \"infrared1_to_gyro\")"));
+}
+
+TEST(Calibration, RealSenseDoesNotTakeTheExtrinsicsOfAnotherSensor) {
+  const std::string entry =
+      R"("depth_to_color": {"rotation": [1,0,0, 0,1,0, 0,0,1], "translation": [0.015, 0, 0]})";
+  const auto refused = ParseCalibration(RealSenseWith(entry), "f");
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(ToStd(refused.status().message())),
+              HasSubstr("of other streams (\"depth_to_color\")"));
+  const auto told = ParseCalibration(RealSenseWith(entry + R"(, "baseline_mm": 50)"), "f");
+  ASSERT_TRUE(told.ok()) << told.status();
+  EXPECT_NEAR(*told->baseline_m, 0.05, 1e-12);
+  const std::string own = R"({"translation": [-0.055, 0, 0]})";
+  for (const char* name : {"extrinsics", "depth_to_infrared2"}) {
+    const auto taken =
+        ParseCalibration(RealSenseWith("\"" + std::string(name) + "\": " + own), "f");
+    ASSERT_TRUE(taken.ok()) << taken.status();
+    EXPECT_NEAR(*taken->baseline_m, 0.055, 1e-12) << name;
+  }
 }
 
 TEST(Calibration, OpenCvsLooserYamlIsReadWithItsLines) {

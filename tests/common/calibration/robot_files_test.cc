@@ -175,6 +175,21 @@ TEST(RobotFiles, OrbSlam3HasItsPoseFromTheRightCamera) {
   EXPECT_NEAR(*calibration->baseline_m, 0.11, 1e-9);
 }
 
+TEST(RobotFiles, OrbSlam3sPinHoleHasAThirdCoefficient) {
+  const std::string text =
+      "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera1.fx: 458.6\nCamera1.fy: 457.2\nCamera1.cx: "
+      "367.2\nCamera1.cy: 248.3\nCamera1.k1: -0.28\nCamera1.k3: 0.05\nCamera2.fx: "
+      "457.5\nCamera2.fy: 456.1\nCamera2.cx: 379.9\nCamera2.cy: 255.2\nCamera2.k1: "
+      "-0.27\nCamera.width: 752\nCamera.height: 480\nStereo.T_c1_c2: !!opencv-matrix\n  rows: 4\n"
+      "  cols: 4\n  dt: f\n  data: [1, 0, 0, 0.11, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n";
+  const auto calibration = ParseCalibration(text, "f");
+  ASSERT_TRUE(calibration.ok()) << calibration.status();
+  ASSERT_TRUE(calibration->raw);
+  EXPECT_EQ((*calibration->raw)[0].lens.c[4], 0.05);
+  EXPECT_EQ((*calibration->raw)[1].lens.c[4], 0);
+  EXPECT_THAT(ErrorOf(Replaced(text, "Camera1.k3", "Camera1.k4")), HasSubstr("f:8: Camera1.k4: "));
+}
+
 TEST(RobotFiles, Kitti360HasItsGreyPairWithoutAPart) {
   const auto calibration = ParseCalibration(
       "calib_time: 0\nS_rect_00: 1408 376\nP_rect_00: 552.5 0 682.0 0 0 552.5 238.7 0 0 0 1 0\n"

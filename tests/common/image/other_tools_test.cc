@@ -243,7 +243,7 @@ TEST_F(OtherTools, OurOwnMapsOfThreeChannelsAreReadByTheirNamesOnly) {
   const std::string path = dir_ + "/a.exr";
   EXPECT_TRUE(DecodeExrRgb(ExrOf(path, {"R", "G", "B"})).ok());
   EXPECT_THAT(Message(DecodeExrRgb(ExrOf(path, {"Y"})).status()),
-              HasSubstr("EXR without channel R; it has Y"));
+              HasSubstr("EXR without channel R, G or B; it has Y"));
   EXPECT_FALSE(DecodeExrRgb(ExrOf(path, {"r", "g", "b"})).ok());
 }
 
@@ -255,6 +255,17 @@ TEST_F(OtherTools, ExrMapsMayBeCalledYOrZOrStandAlone) {
   EXPECT_EQ((*DecodeExrY(ExrOf(path, {"Z", "Y"})))(0, 0), 2);
   EXPECT_THAT(Message(DecodeExrY(ExrOf(path, {"R", "G", "B"})).status()),
               HasSubstr("it has B G R"));
+}
+
+TEST_F(OtherTools, ExrMapsAreNotTakenFromVectors) {
+  const std::string path = dir_ + "/a.exr";
+  EXPECT_EQ((*DecodeExrY(ExrOf(path, {"N.X", "N.Y", "N.Z", "Depth.Z"})))(0, 0), 4);
+  EXPECT_THAT(Message(DecodeExrY(ExrOf(path, {"N.X", "N.Y", "N.Z"})).status()),
+              HasSubstr("it has N.X N.Y N.Z"));
+  EXPECT_THAT(Message(DecodeExrY(ExrOf(path, {"X", "Y", "Z"})).status()),
+              HasSubstr("it has X Y Z"));
+  EXPECT_THAT(Message(DecodeExrY(ExrOf(path, {"Depth.Z", "Mist.Z"})).status()),
+              HasSubstr("\"Depth\", \"Mist\""));
 }
 
 TEST_F(OtherTools, ExrOfSeveralPartsMayBeginWithItsDepth) {
@@ -290,6 +301,9 @@ TEST_F(OtherTools, ExrOfSeveralPartsMayBeginWithItsDepth) {
   ASSERT_TRUE(picture.ok()) << picture.status();
   EXPECT_EQ((*picture)(3, 1, 2), 3);
   EXPECT_EQ((*DecodeExrY(bytes))(0, 0), 9);
+  const auto map = DecodeExrRgb(bytes);
+  ASSERT_TRUE(map.ok()) << map.status();
+  EXPECT_EQ((*map)(3, 1, 2), 3);
 }
 
 // ---- Pictures

@@ -255,6 +255,22 @@ TEST_F(NetworkCommandTest, APairAloneIsPredictedByTheTrainedNetwork) {
               HasSubstr("Usage: parallax predict [PREDICTOR] LEFT RIGHT --out FILE [options]"));
 }
 
+TEST_F(NetworkCommandTest, AFileOfDisparitiesHoldsThemAllAndReplacesTheOldOneWhole) {
+  const std::string left = tree_.Path("pairs/a/im0.png"), right = tree_.Path("pairs/a/im1.png");
+  const std::string out = tree_.Path("d.png"), kept = tree_.Path("kept.png");
+  EXPECT_EQ(Run({"predict", left, right, "--out", out}).exit_code, kExitOk);
+  std::filesystem::create_hard_link(out, kept);
+  const std::string before = *ReadFile(kept);
+  tree_.Pfm("network.pt", ImageF(40, 20, 12.0f));
+  EXPECT_EQ(Run({"predict", left, right, "--out", out}).exit_code, kExitOk);
+  EXPECT_EQ(*ReadFile(kept), before) << "not written in place";
+  tree_.Pfm("network.pt", ImageF(40, 20, 301.0f));
+  const Outcome outcome = Run({"predict", left, right, "--out", out});
+  EXPECT_NE(outcome.exit_code, kExitOk);
+  EXPECT_THAT(outcome.err, HasSubstr("d.png: disparities up to 301 px, a PNG x256 holds 255.99"));
+  EXPECT_EQ(Run({"predict", left, right, "--out", tree_.Path("d.pfm")}).exit_code, kExitOk);
+}
+
 TEST_F(TableCommandTest, TheMeanLogErrorDecidesIfTheStudyOrTheUserSaysSo) {
   const auto decided_by = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {"table", scores_});

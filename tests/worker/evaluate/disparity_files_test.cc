@@ -149,6 +149,18 @@ TEST(DisparityFiles, PngsOf24And8BitsAreRead) {
   EXPECT_EQ(*ReadTruth(tree.Path("steps.pfm"), 100), Row({3, 5}));
 }
 
+TEST(DisparityFiles, ColoursForPeopleAreNoDigits) {
+  const TestTree tree;
+  ImageRgb8 colours(2, 1);
+  for (const auto& values :
+       {std::vector<uint8_t>{0, 0, 128, 0, 255, 20}, std::vector<uint8_t>{0, 10, 255, 128, 0, 0}}) {
+    colours.values() = values;
+    ASSERT_TRUE(WritePng(tree.Path("jet.png"), colours).ok());
+    EXPECT_THAT(std::string(ReadTruth(tree.Path("jet.png")).status().message()),
+                HasSubstr("jet.png: 8-bit colours, no digits to the base 255"));
+  }
+}
+
 TEST(DisparityFiles, MasksAreGreyInWhateverPng) {
   const TestTree tree;
   ImageRgb8 grey(3, 1), coloured(3, 1, 7);

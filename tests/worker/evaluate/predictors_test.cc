@@ -134,6 +134,23 @@ TEST(FolderPredictor, TakesAnyEncodingAndNamesWhatIsMissing) {
   EXPECT_THAT(Message(status), HasSubstr("p/c.pfm"));
 }
 
+TEST(FolderPredictor, PicturesForPeopleAreNoPredictions) {
+  const TestTree tree;
+  ImageRgb8 colours(2, 1);
+  colours.values() = {0, 60, 120, 130, 20, 0};
+  for (const char* name : {"p/a.png", "p/b.png"}) {
+    ASSERT_TRUE(WritePng(tree.Path(name), colours).ok());
+  }
+  tree.Npy("p/a.npy", Row({4, 5}));
+  const auto folder = MakeFolderPredictor(tree.dir() + "/p");
+  ASSERT_TRUE(folder->Predict({{"a", "", "", tree.Path("a.pfm")}}, {.work_dir = tree.dir()}).ok());
+  EXPECT_EQ(*ReadPfm(tree.Path("a.pfm")), Row({4, 5})) << "beside such a picture";
+  const auto status =
+      folder->Predict({{"b", "", "", tree.Path("b.pfm")}}, {.work_dir = tree.dir()});
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(Message(status), HasSubstr("p/b.png: PNG of 8 bits and 3 channels, wanted 16"));
+}
+
 // ---- Commands
 
 class CommandTest : public ::testing::Test {

@@ -74,5 +74,18 @@ TEST(Scores, FolderIsReadWholeAndConflictsAreRefused) {
               HasSubstr("variant a, trainer builtin, seed 2 on eth3d"));
 }
 
+TEST(Scores, FilesAreReplacedWholeAndCutOnesAreNotOverlooked) {
+  const TestTree tree;
+  const std::string path = tree.Path("one.jsonl"), kept = tree.Path("kept");
+  ASSERT_TRUE(WriteEvaluation(path, SyntheticEvaluation("eth3d", "a", 1, {5})).ok());
+  std::filesystem::create_hard_link(path, kept);
+  ASSERT_TRUE(WriteEvaluation(path, SyntheticEvaluation("eth3d", "b", 1, {5})).ok());
+  EXPECT_EQ(ReadEvaluation(kept)->run.variant, "a") << "not written in place";
+  tree.Text("cut.jsonl", EncodeEvaluation(SyntheticEvaluation("eth3d", "c", 1, {5})).substr(0, 60));
+  const auto cut = ReadEvaluations(tree.dir());
+  EXPECT_EQ(cut.status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(std::string(ToStd(cut.status().message())), HasSubstr("cut.jsonl: line 1: "));
+}
+
 }  // namespace
 }  // namespace parallax

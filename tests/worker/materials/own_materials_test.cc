@@ -109,6 +109,15 @@ TEST_F(TextureSetsTest, MapsMayBeExr) {
   EXPECT_THAT(both->sets[0].left_out, testing::ElementsAre(HasSubstr("wall_rough_1k.exr")));
 }
 
+TEST_F(TextureSetsTest, NormalsAreNotGrey) {
+  Write("wall_diff_1k.png", 200, 10, 10);
+  ASSERT_TRUE(WriteExrY(dir_ + "/wall_nor_gl_1k.exr", ImageF(4, 4, 0.25f)).ok());
+  const auto folder = ReadTextureFolder(dir_);
+  ASSERT_TRUE(folder.ok()) << folder.status();
+  EXPECT_THAT(std::string(CheckTextureSet(folder->sets[0]).message()),
+              HasSubstr("wall_nor_gl_1k.exr: EXR without channel R"));
+}
+
 // Poly Haven's rough_block_wall, whose name has a word that is a role, with maps that nobody reads.
 TEST_F(TextureSetsTest, OtherMapsOfASetAreSkipped) {
   Write("rough_block_wall_diff_1k.png", 200, 10, 10);

@@ -72,6 +72,11 @@ class Assembler {
 
   // Extends the box by the part's corners.
   absl::Status Measure(const MeshPart& part) {
+    const size_t vertices = part.positions.size();
+    for (const size_t count : {part.normals.size(), part.uv.size()}) {
+      if (count == 0 || count == vertices) continue;
+      return InvalidArgument("{} normals or texture coordinates of {} vertices", count, vertices);
+    }
     for (const auto& t : part.triangles) {
       for (const uint32_t corner : t) {
         const Vec3d& at = part.positions[corner];

@@ -87,7 +87,7 @@ absl::Status ReadColor(std::string_view line, Vec3f& color) {
 }
 
 absl::Status ReadLine(const std::string& key, std::string_view line, ObjMaterial& material) {
-  if (key == "kd") return ReadColor(line, material.color);
+  if (key == "kd") return ReadColor(line, material.color.emplace());
   const std::optional<double> number = [&] {
     std::string_view rest = line;
     return ObjNumber(TakeObjWord(rest));
@@ -192,7 +192,14 @@ absl::Status ReadMtl(std::string_view text, const std::string& file, const std::
 absl::Status ReadObjLooks(const ObjMaterial& material, const std::string& folder, bool has_uv,
                           FileMaterial& read, std::vector<std::string>& left_out) {
   PbrPictures& looks = read.looks.emplace();
-  looks.color = material.color;
+  const bool has_map =
+      has_uv && std::any_of(material.maps.begin(), material.maps.end(),
+                            [](const auto& map) { return map.name == std::string_view("colour"); });
+  looks.color = material.color.value_or(Vec3f::Constant(has_map ? 1.0f : 0.6f));
+  if (has_map && looks.color.isZero(0)) {
+    left_out.push_back("Kd 0 0 0 of material " + read.name + ", which has a colour map");
+    looks.color.setOnes();
+  }
   if (material.roughness) looks.roughness.factor = *material.roughness;
   if (material.metallic) looks.metallic.factor = *material.metallic;
   for (const std::string& what : material.left_out) {

@@ -38,7 +38,7 @@ struct ObjMaterial {
     const char* name;     // "colour"
     std::string options;  // The line's rest: options, then the picture's name.
   };
-  Vec3f color = Vec3f::Constant(0.6f);
+  std::optional<Vec3f> color;
   std::optional<float> roughness, metallic;
   std::vector<Map> maps;
   std::vector<std::string> left_out;
@@ -50,8 +50,9 @@ struct ObjMaterial {
 absl::Status ReadMtl(std::string_view text, const std::string& file, const std::string& folder,
                      std::map<std::string, ObjMaterial>& materials);
 
-// Gives `read`, which has its name, the looks of a material. Pictures lie beside its .mtl or in
-// `folder`. Errors: kInvalidArgument naming the picture.
+// Gives `read`, which has its name, the looks of a material. Without Kd its colour map counts
+// alone, as beside the black of writers that leave Kd 0; without either it is grey, 0.6. Pictures
+// lie beside its .mtl or in `folder`. Errors: kInvalidArgument naming the picture.
 absl::Status ReadObjLooks(const ObjMaterial& material, const std::string& folder, bool has_uv,
                           FileMaterial& read, std::vector<std::string>& left_out);
 

@@ -83,6 +83,10 @@ std::optional<Type> TypeOf(std::string_view name) {
 absl::Status AddElement(std::string_view line, Header& header) {
   Element element;
   element.name = TakeWord(line);
+  if (std::any_of(header.elements.begin(), header.elements.end(),
+                  [&](const Element& other) { return other.name == element.name; })) {
+    return InvalidArgument("element {} twice", Printable(element.name));
+  }
   const std::string_view number = TakeWord(line);
   const auto [end, error] =
       std::from_chars(number.data(), number.data() + number.size(), element.count);

@@ -10,6 +10,12 @@
 namespace parallax {
 namespace {
 
+// Reads a prediction. A PNG of 8 bits is a picture for people.
+absl::StatusOr<ImageF> ReadPrediction(const std::string& path) {
+  if (path.ends_with(".png")) RETURN_IF_ERROR(ReadPngU16(path).status());
+  return ReadDisparity(path);
+}
+
 class FolderPredictor : public Predictor {
  public:
   explicit FolderPredictor(std::string dir) : dir_(std::move(dir)) {}
@@ -21,7 +27,7 @@ class FolderPredictor : public Predictor {
     int done = 0;
     for (const PredictionTask& task : tasks) {
       if (context.cancel.cancelled()) return Cancelled("{}: stopped", dir_);
-      ASSIGN_OR_RETURN(const ImageF disparity_px, ReadDisparity(FileOf(task.name)));
+      ASSIGN_OR_RETURN(const ImageF disparity_px, ReadPrediction(FileOf(task.name)));
       RETURN_IF_ERROR(WritePfm(task.output, disparity_px));
       context.progress(++done);
     }
@@ -29,10 +35,10 @@ class FolderPredictor : public Predictor {
   }
 
  private:
-  // "" when none exists.
+  // "" when none exists. A PNG comes last: beside other files it may be a picture for people.
   std::string FileOf(const std::string& pair) const {
     std::error_code error;
-    for (const char* extension : {".pfm", ".png", ".npy", ".exr"}) {
+    for (const char* extension : {".pfm", ".npy", ".exr", ".png"}) {
       const std::string path = dir_ + "/" + pair + extension;
       if (std::filesystem::is_regular_file(path, error)) return path;
     }
@@ -47,7 +53,7 @@ class FolderPredictor : public Predictor {
       if (missing++ == 0) first = task.name;
     }
     if (missing == 0) return absl::OkStatus();
-    return NotFound("{}/{}.pfm (or .png, .npy, .exr): missing{}", dir_, first,
+    return NotFound("{}/{}.pfm (or .npy, .exr, .png): missing{}", dir_, first,
                     missing > 1 ? fmt::format(", and {} more", missing - 1) : "");
   }
 

@@ -61,8 +61,9 @@ struct CommandPredictorOptions {
 // `work_dir`/predictor.log.
 std::unique_ptr<Predictor> MakeCommandPredictor(CommandPredictorOptions options);
 
-// Reads files `dir`/<pair>.pfm, .png (16 bits, x256, 0 = none), .npy or .exr. Errors of Predict:
-// kNotFound naming the first pair without a file, and the number of such pairs.
+// Reads files `dir`/<pair>.pfm, else .npy, .exr or .png (16 bits, x256, 0 = none). Errors of
+// Predict: kNotFound naming the first pair without a file, and the number of such pairs;
+// kInvalidArgument for a PNG of 8 bits.
 std::unique_ptr<Predictor> MakeFolderPredictor(std::string dir);
 
 // Makes a command for MakeCommandPredictor from words without shell syntax: each is quoted, except

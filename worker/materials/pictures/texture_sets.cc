@@ -206,11 +206,13 @@ uint8_t ByteOf(float number) {
   return static_cast<uint8_t>(std::lround(255 * std::clamp(number, 0.0f, 1.0f)));
 }
 
-// Reads a picture as 8-bit numbers. An EXR, which holds linear ones, may be grey.
+// Reads a picture as 8-bit numbers. An EXR, which holds linear ones, may be grey where a map is one
+// number or a colour.
 absl::StatusOr<ImageRgb8> ReadMap(const std::string& path, PictureRole role) {
   if (!IsExr(path)) return ReadPictureRgb8(path);
   absl::StatusOr<ImageF3> color = ReadExrRgb(path);
   if (!color.ok()) {
+    if (role >= PictureRole::kNormal) return color.status();
     const absl::StatusOr<ImageF> grey = ReadExrY(path);
     if (!grey.ok()) return color.status();
     color = ImageF3(grey->width(), grey->height());

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "common/base/system/file.h"
+#include "common/store/store.h"
 #include "worker/train/network/checkpoint.h"
 
 namespace parallax {
@@ -53,7 +53,7 @@ absl::Status ExportTorchScript(const std::string& path, const std::string& out, 
     const std::string text = error.what();
     return Internal("tracing: {}", text.substr(0, text.find('\n')));
   }
-  return WriteFile(out, bytes.str());
+  return WriteFileAtomically(out, bytes.str());
 }
 
 absl::Status ExportWeights(const std::string& checkpoint, const std::string& path) {

@@ -10,7 +10,7 @@ namespace parallax {
 // Writes a module for pairs of exactly height x width px (multiples of 32), since tracing keeps
 // sizes: forward(left, right), each (1, 3, height, width) in [0, 1], gives (1, 1, height, width),
 // the left image's disparity in pixels. It searches as far as the checkpoint was trained. Errors:
-// kInvalidArgument for other sizes; as ReadCheckpoint and WriteFile.
+// kInvalidArgument for other sizes; as ReadCheckpoint and WriteFileAtomically.
 absl::Status ExportTorchScript(const std::string& checkpoint, const std::string& path, int height,
                                int width);
 

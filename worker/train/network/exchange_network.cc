@@ -1,6 +1,7 @@
 #include "worker/train/network/exchange_network.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -69,7 +70,24 @@ absl::StatusOr<cv::Mat> FirstChannel(NetworkOutput& output, cv::Size padded) {
   return cv::Mat(padded, CV_32F, output.values.data());
 }
 
+// Which picture an input's name asks for: 'l' for "left", "img_L", 'r' for "right_image", "imgR"; 0
+// for other names.
+char EyeOf(const std::string& name) {
+  std::string lower = name;
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool left = lower.find("left") != lower.npos, right = lower.find("right") != lower.npos;
+  if (left != right) return left ? 'l' : 'r';
+  if (name.ends_with('L') || lower.ends_with("_l") || lower == "l") return 'l';
+  if (name.ends_with('R') || lower.ends_with("_r") || lower == "r") return 'r';
+  return 0;
+}
+
 }  // namespace
+
+bool RightComesFirst(const std::string& first, const std::string& second) {
+  const char one = EyeOf(first), two = EyeOf(second);
+  return one != two && (one == 'r' || two == 'l');
+}
 
 absl::StatusOr<size_t> OutputNumber(int output, size_t count) {
   const int64_t number = output < 0 ? static_cast<int64_t>(count) + output : output;

@@ -2,8 +2,8 @@
 // on CPUs. No torch in this header.
 //
 // A network takes the left and the right picture as two inputs of shape (1, 3, height, width), left
-// first unless an ONNX file's names ("left", "right") say otherwise, or as one input of shape (1,
-// 6, height, width), left first; which of them, its file tells. It gives the left picture's
+// first unless their names ("left", "right") say otherwise, or as one input of shape (1, 6, height,
+// width), left first; which of them, its file tells. It gives the left picture's
 // disparity in pixels, in the first channel of one of its outputs: (1, channels, height, width),
 // (1, height, width) or (height, width).
 #pragma once

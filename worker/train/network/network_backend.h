@@ -40,6 +40,10 @@ absl::StatusOr<std::unique_ptr<NetworkBackend>> LoadTorchScript(const std::strin
 absl::StatusOr<std::unique_ptr<NetworkBackend>> LoadOnnx(const std::string& bytes,
                                                          const std::string& name, int threads);
 
+// Whether the first of two inputs, by their names ("left", "img_L", "right_image", "imgR"...),
+// takes the right picture. Names that say no eye leave the left one first.
+bool RightComesFirst(const std::string& first, const std::string& second);
+
 // Returns `output` counted from 0 among `count`. Errors: kInvalidArgument.
 absl::StatusOr<size_t> OutputNumber(int output, size_t count);
 

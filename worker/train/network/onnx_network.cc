@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cctype>
 #include <new>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
@@ -21,18 +20,6 @@ std::string Reason(const cv::Exception& error) {
   }
   text = text.substr(0, text.find(" in function"));
   return text.substr(0, text.find('\n'));
-}
-
-// Which picture an input's name asks for: 'l' for "left", "img_L", 'r' for "right_image", "imgR"; 0
-// for other names.
-char EyeOf(const std::string& name) {
-  std::string lower = name;
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  const bool left = lower.find("left") != lower.npos, right = lower.find("right") != lower.npos;
-  if (left != right) return left ? 'l' : 'r';
-  if (name.ends_with('L') || lower.ends_with("_l") || lower == "l") return 'l';
-  if (name.ends_with('R') || lower.ends_with("_r") || lower == "r") return 'r';
-  return 0;
 }
 
 // From operator set 13 on these work along the last axis where a node names none; OpenCV 4.6 takes
@@ -58,8 +45,8 @@ void WriteOutAxes(onnx::Model& model) {
   }
 }
 
-// The inputs that pictures go into, left first: the one whose name says right is the right one,
-// else the second. Old files list weights among their inputs.
+// The inputs that pictures go into, left first, see RightComesFirst. Old files list weights among
+// their inputs.
 std::vector<onnx::Value> PictureInputs(const onnx::Graph& graph) {
   std::set<std::string> weights;
   for (const onnx::Tensor& tensor : graph.initializer()) weights.insert(tensor.name());
@@ -67,7 +54,7 @@ std::vector<onnx::Value> PictureInputs(const onnx::Graph& graph) {
   for (const onnx::Value& input : graph.input()) {
     if (!weights.contains(input.name())) inputs.push_back(input);
   }
-  if (inputs.size() == 2 && EyeOf(inputs[0].name()) == 'r' && EyeOf(inputs[1].name()) != 'r') {
+  if (inputs.size() == 2 && RightComesFirst(inputs[0].name(), inputs[1].name())) {
     std::swap(inputs[0], inputs[1]);
   }
   return inputs;

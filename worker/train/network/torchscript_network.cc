@@ -4,6 +4,7 @@
 
 #include <new>
 #include <sstream>
+#include <utility>
 
 #include "worker/train/network/network_backend.h"
 
@@ -44,8 +45,10 @@ void Collect(const torch::IValue& value, std::vector<Tensor>& tensors) {
 
 class TorchScriptBackend : public NetworkBackend {
  public:
-  TorchScriptBackend(torch::jit::Module module, int inputs)
-      : module_(std::move(module)), inputs_(inputs) {}
+  TorchScriptBackend(torch::jit::Module module, const std::vector<std::string>& names)
+      : module_(std::move(module)),
+        inputs_(static_cast<int>(names.size())),
+        right_first_(names.size() == 2 && RightComesFirst(names[0], names[1])) {}
 
   int inputs() const override { return inputs_; }
   cv::Size size() const override { return {}; }
@@ -59,6 +62,7 @@ class TorchScriptBackend : public NetworkBackend {
         values.emplace_back(torch::from_blob(
             input.data, {1, input.size[1], input.size[2], input.size[3]}, torch::kFloat));
       }
+      if (right_first_) std::swap(values[0], values[1]);
       Collect(module_.forward(values), tensors);
       ASSIGN_OR_RETURN(const size_t number, OutputNumber(output, tensors.size()));
       const Tensor given = tensors[number].to(torch::kFloat).contiguous();
@@ -76,16 +80,17 @@ class TorchScriptBackend : public NetworkBackend {
  private:
   torch::jit::Module module_;
   int inputs_;
+  bool right_first_;
 };
 
-// The number of arguments of forward that have no default.
-int InputsOf(const torch::jit::Module& module) {
-  int inputs = 0;
+// The names of the arguments of forward that have no default.
+std::vector<std::string> InputsOf(const torch::jit::Module& module) {
+  std::vector<std::string> names;
   for (const c10::Argument& argument :
        module.get_method("forward").function().getSchema().arguments()) {
-    inputs += argument.name() != "self" && !argument.default_value();
+    if (argument.name() != "self" && !argument.default_value()) names.push_back(argument.name());
   }
-  return inputs;
+  return names;
 }
 
 }  // namespace
@@ -98,15 +103,15 @@ absl::StatusOr<std::unique_ptr<NetworkBackend>> LoadTorchScript(const std::strin
     std::istringstream stream(bytes);
     torch::jit::Module module = torch::jit::load(stream, torch::kCPU);
     module.eval();
-    const int inputs = InputsOf(module);
-    if (inputs != 1 && inputs != 2) {
+    const std::vector<std::string> names = InputsOf(module);
+    if (names.size() != 1 && names.size() != 2) {
       return InvalidArgument(
           "{}: forward takes {} arguments, but must take left and right, or one "
           "tensor of both",
-          name, inputs);
+          name, names.size());
     }
     return std::unique_ptr<NetworkBackend>(
-        std::make_unique<TorchScriptBackend>(std::move(module), inputs));
+        std::make_unique<TorchScriptBackend>(std::move(module), names));
   } catch (const std::exception& error) {
     return InvalidArgument("{}: libtorch " TORCH_VERSION " cannot load it as TorchScript: {}", name,
                            FirstLine(error));

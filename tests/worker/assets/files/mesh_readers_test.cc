@@ -260,6 +260,22 @@ TEST_F(MeshReadersTest, OptionsOfAnObjsMapsAreHonoured) {
   EXPECT_EQ(file.materials[0].looks->roughness.factor, 1) << "its map alone";
 }
 
+TEST_F(MeshReadersTest, ColourMapsWithoutAColourAreNotDarkened) {
+  Write("a.png", Quarters());
+  const auto with = [&](const std::string& lines) {
+    Write("box.mtl", "newmtl paint\n" + lines);
+    return Read("box.obj", ObjBox(1, 1, 1, "paint"));
+  };
+  EXPECT_EQ(with("map_Kd a.png\n").materials[0].looks->color, Vec3f(1, 1, 1));
+  EXPECT_EQ(with("map_Kd a.png\nKd 0.5 0.5 0.5\n").materials[0].looks->color,
+            Vec3f(0.5f, 0.5f, 0.5f));
+  EXPECT_EQ(with("Ns 1\n").materials[0].looks->color, Vec3f(0.6f, 0.6f, 0.6f));
+  EXPECT_EQ(with("Kd 0 0 0\n").materials[0].looks->color, Vec3f(0, 0, 0));
+  const MeshFile black = with("Kd 0 0 0\nmap_Kd a.png\n");
+  EXPECT_EQ(black.materials[0].looks->color, Vec3f(1, 1, 1));
+  EXPECT_THAT(black.left_out, Contains(HasSubstr("Kd 0 0 0 of material paint")));
+}
+
 TEST_F(MeshReadersTest, WhatIsNotUsedIsSaid) {
   const std::string glb =
       GlbWith(GlbBox(1, 1, 1), R"({"name":"paint",)",

@@ -97,6 +97,12 @@ TEST_F(OwnMeshesTest, BadFilesAreRefusedWithWhatIsWrong) {
       {"noise.obj", "not a mesh at all", "0 triangles, wanted 1 to 2000000"},
       {"empty.ply", "", "does not begin with \"ply\""},
       {"cut.glb", GlbBox(1, 1, 1).substr(0, 200), "is cut: it has 200 of its"},
+      {"twice.ply",
+       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+       "property float z\nelement vertex 1\nproperty float x\nproperty float y\n"
+       "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+       "0 0 0\n1 0 0\n0 0 1\n2 2 2\n3 0 1 2\n",
+       "element vertex twice"},
       {"flat.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n", "wanted"},
       {"in/box.obj", ObjBox(1, 1, 1, "paint"), "its picture missing.png"},
       {"out/box.obj", ObjBox(1, 1, 1, "paint"), "lies elsewhere, wanted one beside it"},

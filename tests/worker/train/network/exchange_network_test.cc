@@ -77,6 +77,16 @@ TEST(OnnxNetwork, NamesOfInputsSayWhichEyeTheyAre) {
   ExpectEverywhere(Predict(Onnx("right_first"), ExchangeFormat::kOnnx, {}, left, right), 30, left);
 }
 
+TEST(OnnxNetwork, TheSecondInputMayBeTheLeftEye) {
+  std::string bytes = *ReadFile(Onnx("right_first"));
+  for (size_t at; (at = bytes.find("right")) != std::string::npos;) bytes.replace(at, 5, "image");
+  const std::string path = testing::TempDir() + "left_second_" + std::to_string(getpid()) + ".onnx";
+  ASSERT_TRUE(WriteFile(path, bytes).ok());
+  const ImageRgb8 left = Picture(64, 32, 90, 60, 30), right = Picture(64, 32, 60, 30, 0);
+  ExpectEverywhere(Predict(path, ExchangeFormat::kOnnx, {}, left, right), 30, left);
+  std::filesystem::remove(path);
+}
+
 TEST(OnnxNetwork, SoftmaxWithoutAnAxisTakesTheLastOne) {
   // A row of equal values gives 1 / width; over the channels it would be 1 / 3 for equal ones.
   const ImageRgb8 left = Picture(64, 32, 9, 9, 9), right = Picture(64, 32, 0, 0, 0);
@@ -146,6 +156,17 @@ TEST(TorchScriptNetwork, SeesTheRangeMeanAndOrderOfChannelsThatItWants) {
   conventions.mean = {0.3, 0, 0};
   conventions.std = {0.25, 1, 1};
   ExpectEverywhere(Predict(first.path(), format, conventions, left, right), 2, left);
+}
+
+TEST(TorchScriptNetwork, NamesOfArgumentsSayWhichEyeTheyAre) {
+  const ImageRgb8 left = Picture(64, 32, 90, 60, 30), right = Picture(64, 32, 60, 30, 0);
+  for (const auto& [first, second] :
+       {std::pair("right", "left"), {"right", "b"}, {"a", "img_left"}, {"imgR", "imgL"}}) {
+    const std::string one = first, two = second;
+    const TorchScriptFile file("def forward(self, " + one + ", " + two + "):\n  return " + two +
+                               "[:, 0:1] - " + one + "[:, 0:1]\n");
+    ExpectEverywhere(Predict(file.path(), ExchangeFormat::kTorchScript, {}, left, right), 30, left);
+  }
 }
 
 TEST(TorchScriptNetwork, PaddingRepeatsTheLastPixelsAndIsCutOff) {

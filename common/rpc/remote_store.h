@@ -3,8 +3,9 @@
 // again.
 //
 // A worker may write only below its attempt's folder, while it holds the attempt; clients only
-// read. Calls are not retried. Errors, beside those of Store: kUnavailable and kResourceExhausted
-// are worth another try; kAborted means that the worker no longer holds the attempt.
+// read. Calls are not retried here (workers' jobs do: patient_store.h). Errors, beside those of
+// Store: kUnavailable and kResourceExhausted are worth another try; kAborted means that the worker
+// no longer holds the attempt.
 #pragma once
 
 #include <memory>

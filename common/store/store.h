@@ -69,6 +69,12 @@ class Store {
   virtual absl::StatusOr<std::string> LocalPath(std::string_view path) const = 0;
 };
 
+// Returns whether an error of CheckMarker is certain: there is no marker, or it is another store's.
+// A disk or server that does not answer for a moment may have all files.
+inline bool IsStoreGone(const absl::Status& status) {
+  return absl::IsNotFound(status) || absl::IsFailedPrecondition(status);
+}
+
 // Checks a path in a store. Errors: kInvalidArgument unless it is relative and normal, without
 // "..", empty parts, NUL or backslash, and without the store's own names (".tmp-...",
 // ".parallax-store", ".parallax-owner").

@@ -15,8 +15,8 @@
 #include "common/rpc/grpc_status.h"
 #include "common/store/content.h"
 #include "common/store/store.h"
+#include "common/store/store_guard.h"
 #include "coordinator/queue/job_queue.h"
-#include "coordinator/rpc/storage/store_guard.h"
 #include "coordinator/rpc/validation.h"
 
 namespace parallax {

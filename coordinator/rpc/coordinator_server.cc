@@ -8,12 +8,12 @@
 #include "common/rpc/endpoint.h"
 #include "common/rpc/revocation.h"
 #include "common/store/store.h"
+#include "common/store/store_guard.h"
 #include "coordinator/queue/job_queue.h"
 #include "coordinator/rpc/access.h"
 #include "coordinator/rpc/artifacts_service.h"
 #include "coordinator/rpc/coordinator_service.h"
 #include "coordinator/rpc/searches_service.h"
-#include "coordinator/rpc/storage/store_guard.h"
 #include "coordinator/rpc/streams_service.h"
 #include "coordinator/rpc/task_pool.h"
 #include "coordinator/rpc/workers/dispatcher.h"
@@ -61,8 +61,11 @@ class CoordinatorServerImpl final : public CoordinatorServer {
     searches_.Start();
     if (options.store == nullptr || options.store->Id().empty()) return;
     guard_ = std::make_unique<StoreGuard>(
-        *options.store, options.store_look_s,
-        [this](const absl::Status& status) { dispatcher_.HoldLeases(!status.ok()); });
+        *options.store, StoreGuard::Options{.every_s = options.store_look_s,
+                                            .patient = true,
+                                            .changed = [this](const absl::Status& status) {
+                                              dispatcher_.HoldLeases(!status.ok());
+                                            }});
     service_.SetGuard(guard_.get());
     artifacts_.SetGuard(guard_.get());
     if (!options.scrub) return;

@@ -4,7 +4,7 @@
 
 #include "common/base/status.h"
 #include "common/rpc/grpc_status.h"
-#include "coordinator/rpc/storage/store_guard.h"
+#include "common/store/store_guard.h"
 #include "coordinator/rpc/validation.h"
 #include "coordinator/rpc/workers/output_check.h"
 

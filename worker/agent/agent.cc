@@ -59,9 +59,12 @@ class AgentImpl final : public Agent {
         clock_(clock),
         outbox_(std::move(outbox)),
         coordinator_(v1::Coordinator::NewStub(channel)),
-        folders_(
-            {.store_uri = options.store_uri, .staging = outbox_->staging(), .worker = options.name},
-            channel),
+        folders_({.store_uri = options.store_uri,
+                  .staging = outbox_->staging(),
+                  .worker = options.name,
+                  .store_look_s = options.store_look_s,
+                  .store_changed = [this] { control_.Wake(); }},
+                 channel),
         port_(*coordinator_),
         link_(options_, port_, clock, Rng(SeedOf(options.name), "agent/reconnect"),
               {[this] { control_.Wake(); }, [this] { reports_.SetCoordinator(std::nullopt); }}),
@@ -191,7 +194,9 @@ class AgentImpl final : public Agent {
       return ReportUnusable(lease,
                             Unimplemented("this worker does no jobs of kind '{}'", lease.kind()));
     }
-    if (!StoreIsThere()) return link_.HandBack(attempt, "the store is gone from this machine");
+    if (!folders_.StoreIsThere()) {
+      return link_.HandBack(attempt, "the store is gone from this machine");
+    }
     if (handler->writes_output()) {
       absl::StatusOr<AttemptFolder> found = folders_.Of(lease);
       if (!found.ok()) return ReportUnusable(lease, found.status());
@@ -203,19 +208,6 @@ class AgentImpl final : public Agent {
       return link_.HandBack(attempt, "no free slot");
     }
     retirement_.Began(KeyOf(attempt), clock_.Steady());
-  }
-
-  // Says so when the store goes, and when it is back.
-  bool StoreIsThere() {
-    const absl::Status status = folders_.CheckStore();
-    if (status.ok() != store_gone_) return status.ok();
-    store_gone_ = !status.ok();
-    if (store_gone_) {
-      LogError("the store is gone; no work is taken until it is back", {{"error", status}});
-    } else {
-      LogInfo("the store is back; work is taken again");
-    }
-    return status.ok();
   }
 
   void ReportUnusable(const v1::Lease& lease, const absl::Status& status) {
@@ -238,6 +230,7 @@ class AgentImpl final : public Agent {
       } else if (ended.stop == StopCause::kHandBack) {
         ++summary_.handed_back;
         link_.HandBack(ended.attempt, "drained");
+        folders_.LookSoon();  // Or because the store is gone.
       }
     }
   }
@@ -283,7 +276,7 @@ class AgentImpl final : public Agent {
     if (!link_.IsWelcomed() || departure_.leaving()) return;
     if (!retirement_.TakesWork(clock_.Steady())) return;
     if (reports_.HasUntriedLeftovers(link_.coordinator_id())) return;
-    if (!StoreIsThere()) return;
+    if (!folders_.StoreIsThere()) return;
     const int soon = options_.ahead_s > 0 ? CountEndingSoon(slots_.Running(), options_.ahead_s) : 0;
     const std::optional<v1::Credit> credit =
         CreditFor({.slots = options_.slots,
@@ -379,7 +372,6 @@ class AgentImpl final : public Agent {
   GrpcPort port_;
   CoordinatorLink link_;
   Departure departure_;
-  bool store_gone_ = false;
   int credit_ = 0;  // Leases asked for in this session and not given yet.
   bool finished_ = false;
   absl::Status fatal_;

@@ -56,6 +56,7 @@ struct AgentOptions {
   // no new work until some are answered.
   int max_pending_reports = 64;
   double connect_timeout_s = 5;
+  double store_look_s = 2;  // Time between two looks whether the store is there.
   // A slot whose job ends within this time (by its progress) already asks for its next job. 0: only
   // when it is free. A job leased ahead waits here so long instead of running elsewhere.
   double ahead_s = 1;

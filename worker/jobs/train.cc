@@ -255,7 +255,7 @@ class TrainAttempt {
     RETURN_IF_ERROR(kept_.Keep(trained.log_path, "log.txt").status());
     RETURN_IF_ERROR(kept_.KeepText(trained.curve, "curve.csv"));
     RETURN_IF_ERROR(kept_.KeepText(card.dump(2) + "\n", "training.json"));
-    keeper_.RemoveAll();
+    // The checkpoints stay: until the coordinator has the result, another attempt may need them.
     result_.set_path(folder_.path);
     result_.set_loss(trained.loss);
     result_.set_train_s(trained.train_s);

@@ -14,6 +14,7 @@
 #include "common/base/names.h"
 #include "common/base/status.h"
 #include "common/base/system/installation.h"
+#include "common/config/frame_notes.h"
 #include "common/config/training_plan.h"
 #include "coordinator/queue/commands/report_check.h"
 #include "coordinator/queue/kinds/folder_kind.h"
@@ -151,6 +152,13 @@ class TrainKind final : public FolderKind<v1::TrainInput, v1::TrainResult> {
     const int seen = ResultIn(result).checkpoints_size();
     if (seen <= input.job().checkpoints()) return std::string();
     return fmt::format("{} checkpoints, wanted at most {}", seen, input.job().checkpoints());
+  }
+
+  absl::StatusOr<Ending> Store(WorkDesk& desk, const JobFacts& job,
+                               const CheckedResult& result) const override {
+    // A worker keeps its checkpoints until here; nobody needs them any more.
+    RETURN_IF_ERROR(desk.Discard(ResultIn(result).path() + "/" + kResumeFolder));
+    return FolderKind::Store(desk, job, result);
   }
 
   // One training for each set and seed; the first seed of all sets comes first, and curated sets

@@ -38,12 +38,15 @@ class Forget : public TrainQueueTest {
     }
     clock_.Advance(100);
   }
-  // But for the notes of jobs that are done, which go before a study can be forgotten.
+  // But for the notes and checkpoints of jobs that are done, which go before a study can be
+  // forgotten.
   std::vector<std::string> Litter() {
     const auto paths = queue_->ListLitter(0, 10'000);
     EXPECT_TRUE(paths.ok()) << paths.status();
     std::vector<std::string> litter = paths.ok() ? *paths : std::vector<std::string>();
-    std::erase_if(litter, [](const std::string& path) { return path.ends_with("/finished"); });
+    std::erase_if(litter, [](const std::string& path) {
+      return path.ends_with("/finished") || path.ends_with("/resume");
+    });
     return litter;
   }
   std::set<std::string> Folders(StudyId study) {

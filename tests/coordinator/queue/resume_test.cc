@@ -24,13 +24,15 @@ class Resume : public TrainQueueTest {
   StudyId OneTraining(const std::string& name = "study") {
     return SubmitRequest(Request({.name = name, .pairs = 2, .variants = {"wide"}}));
   }
-  // Litter beside the notes on pairs, which are litter as soon as their render is done.
+  // Litter beside notes on pairs and a winner's checkpoints, litter as soon as their job is done.
   std::vector<std::string> Litter() {
     clock_.Advance(1);
     auto paths = queue_->ListLitter(0, 0);
     EXPECT_TRUE(paths.ok()) << paths.status();
     if (!paths.ok()) return {};
-    std::erase_if(*paths, [](const std::string& path) { return path.ends_with("/finished"); });
+    std::erase_if(*paths, [](const std::string& path) {
+      return path.ends_with("/finished") || path.ends_with("/resume");
+    });
     return *paths;
   }
   v1::Lease LeaseAndLose(const std::string& worker) {

@@ -98,6 +98,19 @@ TEST_F(TrainKindsTest, AWorkerIsToldTheFoldersOfAllPairs) {
   Complete(TrainAnswer(lease, "t"));
 }
 
+TEST_F(TrainKindsTest, CheckpointsAreLitterOnceTheResultIsStored) {
+  SubmitRequest(Request({.pairs = 2, .variants = {"wide"}}));
+  MakePairs();
+  const v1::Lease lease = LeaseOne(Trainer("t"));
+  const std::string checkpoints = AttemptFolderOf(lease) + "/resume";
+  clock_.Advance(1);
+  EXPECT_THAT(*queue_->ListLitter(0, 100), testing::Not(testing::Contains(checkpoints)));
+  EXPECT_EQ(Complete(TrainAnswer(lease, "t")), v1::REPORT_OUTCOME_OK);
+  clock_.Advance(1);
+  EXPECT_THAT(*queue_->ListLitter(0, 100), testing::Contains(checkpoints));
+  ExpectSound();
+}
+
 // A study of "wide", trained on as it is and curated.
 v1::SubmitRequest CuratedRequest(v1::SubmitRequest request, bool curated_first = false) {
   v1::StudySpec& study = *request.mutable_study();

@@ -1,5 +1,8 @@
 // An agent's life and end: orders to stop, lost coordinators, hung jobs, drains and signals.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "agent_fixture.h"
 
@@ -123,6 +126,51 @@ TEST_F(AgentTest, HeartbeatsCarryProgressAndReportsThatWait) {
     return running[0].stage() == "anneal" && running[0].fraction() == 0.5 &&
            running[1].stage() == "report" && running[1].attempt().fence() == 12;
   }));
+}
+
+TEST_F(AgentTest, AStoreThatDoesNotAnswerSilencesNoHeartbeat) {
+  coordinator_.Change([](auto& how) { how.lease_s = 0.4; });
+  options_.store_look_s = 0.01;
+  runner_.Hold(1, started_, finish_, cancelled_);
+  StartAgent();
+  coordinator_.Offer(SolveLease(1, 11, 1));
+  ASSERT_TRUE(started_.Wait());
+  const std::string marker = dir_ + "/store/.parallax-store";
+  fs::rename(marker, dir_ + "/marker");
+  ASSERT_EQ(::mkfifo(marker.c_str(), 0600), 0);
+  // Opens as soon as a look waits at the other end, which then lasts until it is closed.
+  int look = -1;
+  while ((look = ::open(marker.c_str(), O_WRONLY | O_NONBLOCK)) < 0) std::this_thread::yield();
+  const size_t before = coordinator_.seen().heartbeats.size();
+  EXPECT_TRUE(coordinator_.WaitFor(
+      [before](const Seen& seen) { return seen.heartbeats.size() >= before + 12; }));
+  EXPECT_FALSE(cancelled_.Wait(std::chrono::seconds(0)));
+  fs::rename(dir_ + "/marker", marker);
+  ::close(look);
+  finish_.Open();
+  EXPECT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.completes.size() == 1; }));
+}
+
+TEST_F(AgentTest, AStoreThatGoesTakesNoWorkUntilItIsBack) {
+  options_.store_look_s = 0.01;
+  StartAgent();
+  coordinator_.Offer(RenderLease(1, 11, {0}));
+  ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.completes.size() == 1; }));
+  fs::rename(dir_ + "/store", dir_ + "/disk");
+  fs::create_directory(dir_ + "/store");
+  coordinator_.Offer(RenderLease(2, 12, {0}));  // Uses credit given before.
+  ASSERT_TRUE(coordinator_.WaitFor([](const Seen& seen) { return seen.hand_backs.size() == 1; }));
+  EXPECT_TRUE(fs::is_empty(dir_ + "/store")) << "nothing is written below a bare mount point";
+  fs::remove(dir_ + "/store");
+  fs::rename(dir_ + "/disk", dir_ + "/store");
+  // Until the next look it hands jobs back.
+  for (size_t ended = 3; coordinator_.seen().completes.size() < 2; ++ended) {
+    coordinator_.Offer(RenderLease(static_cast<int64_t>(ended), 10 + ended, {0}));
+    ASSERT_TRUE(coordinator_.WaitFor([ended](const Seen& seen) {
+      return seen.completes.size() + seen.hand_backs.size() == ended;
+    }));
+  }
+  EXPECT_EQ(coordinator_.seen().fails.size(), 0u);
 }
 
 TEST_F(AgentTest, AHungJobIsReportedAsFailedAndTheWorkerDrains) {

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -25,6 +26,7 @@ class DistantStore final : public Store {
   explicit DistantStore(std::shared_ptr<Store> store) : store_(std::move(store)) {}
   std::string Uri() const override { return "distant:"; }
   absl::Status Put(std::string_view path, std::string_view bytes) override {
+    if (++puts == busy_put) return Unavailable("busy");
     return store_->Put(path, bytes);
   }
   absl::StatusOr<std::string> Get(std::string_view path) const override {
@@ -32,7 +34,8 @@ class DistantStore final : public Store {
   }
   absl::StatusOr<std::string> GetPiece(std::string_view path, int64_t offset,
                                        size_t max_bytes) const override {
-    ++pieces;
+    if (++pieces == busy_piece) return Unavailable("busy");
+    on_piece();
     return store_->GetPiece(path, offset, max_bytes);
   }
   absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const override {
@@ -42,7 +45,9 @@ class DistantStore final : public Store {
   absl::StatusOr<std::string> LocalPath(std::string_view) const override {
     return FailedPrecondition("far away");
   }
-  mutable int pieces = 0;
+  mutable int pieces = 0, puts = 0;
+  int busy_piece = 0, busy_put = 0;  // The numbers of calls that are refused; none is 0.
+  std::function<void()> on_piece = [] {};
 
  private:
   const std::shared_ptr<Store> store_;
@@ -156,7 +161,12 @@ class JobTest : public FolderTest {
   }
   absl::StatusOr<JobOutcome> Train(const v1::TrainJob& job, int fence,
                                    const CancelToken& cancel = {}) {
-    return Do(*MakeTrainHandler(options_), job, FolderOfAttempt(fence), cancel);
+    const AttemptFolder folder = FolderOfAttempt(fence);
+    auto outcome = Do(*MakeTrainHandler(options_), job, folder, cancel);
+    had_checkpoints_ = std::filesystem::exists(folder.dir + "/resume");
+    // As the coordinator does when it has the result.
+    if (outcome.ok()) std::filesystem::remove_all(folder.dir + "/resume");
+    return outcome;
   }
 
   std::string TextOf(const std::string& path) const {
@@ -168,6 +178,7 @@ class JobTest : public FolderTest {
   std::shared_ptr<JobOptions> options_ = std::make_shared<JobOptions>();
   std::map<std::string, int> stages_;  // Tellings by stage.
   JobFigures figures_;                 // The newest.
+  bool had_checkpoints_ = false;       // The last attempt, when it ended.
   std::function<void(const JobFigures&)> on_progress_ = [](const JobFigures&) {};
 };
 

@@ -6,6 +6,7 @@
 #include "common/base/hash.h"
 #include "tests/worker/jobs/job_fixture.h"
 #include "worker/agent/attempts/failure.h"
+#include "worker/agent/attempts/patient_store.h"
 
 namespace parallax {
 namespace {
@@ -56,7 +57,6 @@ TEST_F(TrainJob, LeavesNetworkLogCurveAndAllThatRepeatsIt) {
   const Json card = Json::parse(TextOf(result.path() + "/training.json"));
   EXPECT_EQ(card["seed"], 3);
   EXPECT_EQ(card["data"]["parts"][0]["left_out_by_filters"], 1);
-  EXPECT_FALSE(fs::exists(dir_ + "/store/" + result.path() + "/resume"));
 }
 
 TEST_F(TrainJob, MinutesAreStepsAtTheTrainersRateAndSizesReachIt) {
@@ -130,6 +130,7 @@ TEST_F(TrainJob, GoesOnFromTheNewestWholeCheckpointWhicheverAttemptLeftIt) {
 
   job.set_trainer("script");
   const v1::TrainResult resumed = ResultOf(Train(job, 3));
+  EXPECT_TRUE(had_checkpoints_) << "for another attempt, until the coordinator has the result";
   EXPECT_EQ(FinalHash(resumed), FinalHash(calm));
   EXPECT_THAT(TextOf("work/.attempt-3/log.txt"), HasSubstr("resumed from 3"));
   EXPECT_EQ(resumed.checkpoints_size(), calm.checkpoints_size());
@@ -226,7 +227,7 @@ TEST_F(TrainJob, ATrainerThatCannotResumeHasLearningCurvesToo) {
     steps.push_back(checkpoint.step());
   }
   EXPECT_THAT(steps, testing::ElementsAre(4, 8, 12));
-  EXPECT_FALSE(fs::exists(dir_ + "/store/work/.attempt-1/resume"));
+  EXPECT_FALSE(had_checkpoints_);
 }
 
 TEST_F(TrainJob, TellsNaNCrashMemoryAndFailureInOneLineWithTheLogsEnd) {
@@ -296,6 +297,22 @@ TEST_F(TrainJob, WaitsForItsCores) {
   };
   ResultOf(Train(job, 1));
   EXPECT_GE(stages_["wait for cores"], 3);
+}
+
+TEST_F(TrainJob, ABusyCoordinatorIsAskedAgainForPairsAndCheckpoints) {
+  v1::TrainJob job = TrainJobOf();
+  job.set_checkpoints(2);
+  const std::string here = FinalHash(ResultOf(Train(job, 1)));
+  const auto far = std::make_shared<DistantStore>(store_);
+  far->busy_piece = 3;
+  far->busy_put = 1;
+  int tries = 0;
+  const auto patient = MakePatientStore(far, {}, [&tries] { ++tries; });
+  EXPECT_EQ(FinalHash(ResultOf(Do(*MakeTrainHandler(options_), job, FolderOfAttempt(2, patient)))),
+            here);
+  EXPECT_GT(far->pieces, far->busy_piece);
+  EXPECT_GT(far->puts, far->busy_put);
+  EXPECT_GE(tries, far->pieces + far->puts);
 }
 
 TEST_F(TrainJob, FromAStoreFarAwayItTrainsOnTheSamePairsAndSendsItsCheckpoints) {

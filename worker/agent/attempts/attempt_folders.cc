@@ -29,13 +29,16 @@ absl::Status AttemptFolders::Use(const v1::Welcome& welcome) {
               {{"store", uri}, {"cause", opened.status()}});
     }
   }
+  guard_.reset();
   store_ = std::move(store);
+  if (store_ != nullptr) {
+    guard_ = std::make_unique<StoreGuard>(
+        *store_,
+        StoreGuard::Options{.every_s = options_.store_look_s,
+                            .changed = [this](const absl::Status&) { options_.store_changed(); }});
+  }
   key_ = key;
   return absl::OkStatus();
-}
-
-absl::Status AttemptFolders::CheckStore() const {
-  return store_ == nullptr ? absl::OkStatus() : store_->CheckMarker();
 }
 
 AttemptFolder AttemptFolders::ReadOnly(const v1::Lease& lease) const {

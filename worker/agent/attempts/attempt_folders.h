@@ -6,11 +6,13 @@
 
 #include <grpcpp/channel.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 
 #include "common/base/status.h"
 #include "common/store/store.h"
+#include "common/store/store_guard.h"
 #include "parallax/v1/service.pb.h"
 #include "worker/agent/attempts/job_handler.h"
 
@@ -23,15 +25,21 @@ class AttemptFolders {
     std::string store_uri;  // Overrides the coordinator's: the same store under another path.
     std::string staging;    // Folder for what is to be sent.
     std::string worker;
+    double store_look_s = 2;              // Time between two looks whether the store is there.
+    std::function<void()> store_changed;  // Called from another thread when it went or is back.
   };
   AttemptFolders(Options options, std::shared_ptr<grpc::Channel> channel);
 
   // Opens the store that the coordinator names, unless it is open already.
   // Errors: those of OpenStore, if the worker must see the store itself.
   absl::Status Use(const v1::Welcome& welcome);
-  // Looks whether the store that this machine sees is still there, under its name and with the id
-  // that the coordinator's database knows. Errors: those of Store::CheckMarker.
-  absl::Status CheckStore() const;
+  // Returns whether the store that this machine sees was still there at the last look, under its
+  // name and with the id that the coordinator's database knows. Never waits for the store.
+  bool StoreIsThere() const { return guard_ == nullptr || guard_->status().ok(); }
+  // Has it looked for at once.
+  void LookSoon() {
+    if (guard_ != nullptr) guard_->LookSoon();
+  }
   // Returns the folder for an attempt that writes. Errors: kFailedPrecondition without a store;
   // kInvalidArgument for a path that leaves the store.
   absl::StatusOr<AttemptFolder> Of(const v1::Lease& lease) const;
@@ -42,8 +50,9 @@ class AttemptFolders {
  private:
   const Options options_;
   const std::shared_ptr<grpc::Channel> channel_;
-  std::shared_ptr<Store> store_;  // Null: through the coordinator.
-  std::string key_;               // The store as the coordinator named it; "" before.
+  std::shared_ptr<Store> store_;       // Null: through the coordinator.
+  std::unique_ptr<StoreGuard> guard_;  // Of store_; null without it.
+  std::string key_;                    // The store as the coordinator named it; "" before.
 };
 
 }  // namespace parallax

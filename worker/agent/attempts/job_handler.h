@@ -20,13 +20,14 @@ class Store;
 // Numbers that a long job reports: "step", "loss", "eta_s"... At most 8.
 using JobFigures = std::map<std::string, double>;
 
-// Reports a fraction in [0, 1] and the current stage, and names the log of a program that the job
-// runs. May be called from any thread, at any rate.
+// Reports a fraction in [0, 1] and the current stage, names the log of a program that the job runs,
+// and says that a job that waits does not hang. May be called from any thread, at any rate.
 class JobProgressFn {
  public:
   template <std::invocable<double, std::string_view, const JobFigures&> Function>
-  JobProgressFn(Function tell, std::function<void(const std::string&)> follow_log = nullptr)
-      : tell_(std::move(tell)), follow_log_(std::move(follow_log)) {}
+  JobProgressFn(Function tell, std::function<void(const std::string&)> follow_log = nullptr,
+                std::function<void()> alive = nullptr)
+      : tell_(std::move(tell)), follow_log_(std::move(follow_log)), alive_(std::move(alive)) {}
   void operator()(double fraction, std::string_view stage, const JobFigures& figures = {}) const {
     tell_(fraction, stage, figures);
   }
@@ -35,9 +36,15 @@ class JobProgressFn {
     if (follow_log_) follow_log_(path);
   }
 
+  // Counts as progress; fraction, stage and figures stay.
+  void Alive() const {
+    if (alive_) alive_();
+  }
+
  private:
   std::function<void(double, std::string_view, const JobFigures&)> tell_;
   std::function<void(const std::string&)> follow_log_;
+  std::function<void()> alive_;
 };
 
 // The folders of one attempt.

@@ -10,11 +10,12 @@
 namespace parallax {
 
 // Runs the handler, and converts exceptions of libraries to errors. Sends the files to the store if
-// the folder is a staging folder. `handler` is null if the worker has none for the lease's kind.
-// Errors: the handler's and the store's; kUnimplemented without a handler; kOutOfRange for a result
-// too large for a message; kResourceExhausted and kInternal for exceptions.
+// the folder is a staging folder. Stores are patient (patient_store.h). `handler` is null if the
+// worker has none for the lease's kind. Errors: the handler's and the store's; kUnimplemented
+// without a handler; kOutOfRange for a result too large for a message; kResourceExhausted and
+// kInternal for exceptions.
 absl::StatusOr<JobOutcome> RunJob(JobHandler* handler, const v1::Lease& lease,
-                                  const AttemptFolder& folder, const CancelToken& cancel,
+                                  const AttemptFolder& given, const CancelToken& cancel,
                                   const JobProgressFn& progress);
 
 // Removes files without further use: working files, staged files, and the output of an attempt that

@@ -220,8 +220,16 @@ class JobSlots::Impl {
     names.scene = run.lease.scene();
     ScopedLogContext scope(names);
     LogInfo("job started", {{"kind", run.lease.kind()}, {"try", run.lease.attempt_number()}});
-    const Outcome outcome = run.cancel.cancelled() ? Cancelled("before it started") : Perform(run);
+    const Outcome outcome = run.cancel.cancelled()          ? Cancelled("before it started")
+                            : IsStoreGone(LookAtStore(run)) ? Unavailable("the store is gone")
+                                                            : Perform(run);
     Finish(run, outcome);
+  }
+
+  // OK where this machine sees no store.
+  static absl::Status LookAtStore(const Run& run) {
+    return run.folder.path.empty() || run.folder.store == nullptr ? absl::OkStatus()
+                                                                  : run.folder.store->CheckMarker();
   }
 
   Outcome Perform(Run& run) {
@@ -237,6 +245,11 @@ class JobSlots::Impl {
         [this, &run](const std::string& path) {
           std::lock_guard lock(mu_);
           run.program_log = path;
+        },
+        [this, &run] {
+          const SteadyTime now = clock_.Steady();
+          std::lock_guard lock(mu_);
+          run.progressed = now;
         });
     return RunJob(FindHandler(handlers_, run.lease.kind()), run.lease, run.folder, run.cancel,
                   progress);
@@ -249,9 +262,10 @@ class JobSlots::Impl {
     ended.succeeded = outcome.ok();
     std::string place;
     double cpu_s;
-    // Where the store is gone nothing was written and nothing failed: others do the job.
-    const bool gone = !run.folder.path.empty() && run.folder.store != nullptr &&
-                      !run.folder.store->CheckMarker().ok();
+    // With the store gone nothing was written and nothing failed: others do the job. Finished work
+    // is given up only if that is certain.
+    const absl::Status marker = LookAtStore(run);
+    const bool gone = outcome.ok() ? IsStoreGone(marker) : !marker.ok();
     {
       std::lock_guard lock(mu_);
       ChargeCpu();

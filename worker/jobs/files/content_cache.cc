@@ -35,10 +35,11 @@ std::timed_mutex& FetchMutex() {
   return *mutex;
 }
 
-absl::StatusOr<std::unique_lock<std::timed_mutex>> LockFetches(const CancelToken& cancel) {
+absl::StatusOr<std::unique_lock<std::timed_mutex>> LockFetches(const FetchContext& context) {
   std::unique_lock<std::timed_mutex> lock(FetchMutex(), std::defer_lock);
   while (!lock.try_lock_for(std::chrono::milliseconds(100))) {
-    if (cancel.cancelled()) return Cancelled("while content was waited for");
+    if (context.cancel.cancelled()) return Cancelled("while content was waited for");
+    context.progress();
   }
   return lock;
 }
@@ -60,7 +61,7 @@ absl::Status MakeParents(const fs::path& file) {
 
 // Piece by piece: a file may be large. What comes is hashed on its way.
 absl::Status FetchContentFile(const Store& store, const ContentFile& file, const std::string& to,
-                              const CancelToken& cancel) {
+                              const FetchContext& context) {
   RETURN_IF_ERROR(MakeParents(to));
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::fopen(to.c_str(), "wbxe"),
                                                             &std::fclose);
@@ -69,7 +70,8 @@ absl::Status FetchContentFile(const Store& store, const ContentFile& file, const
   Sha256 hash;
   int64_t size = 0;
   while (size <= file.size) {
-    if (cancel.cancelled()) return Cancelled("while content was fetched");
+    if (context.cancel.cancelled()) return Cancelled("while content was fetched");
+    context.progress();
     ASSIGN_OR_RETURN(const std::string piece, store.GetPiece(from, size, kContentPiece));
     if (piece.empty()) break;
     hash.Update(piece);
@@ -170,8 +172,7 @@ absl::Status ContentCache::MakeRoom(int64_t bytes, const std::string& keep) cons
 absl::Status ContentCache::Fetch(const Store& store, const std::vector<ContentFile>& files,
                                  const std::string& dir, const FetchContext& context) const {
   for (const ContentFile& file : files) {
-    context.file_begins();
-    RETURN_IF_ERROR(FetchContentFile(store, file, dir + "/" + file.name, context.cancel));
+    RETURN_IF_ERROR(FetchContentFile(store, file, dir + "/" + file.name, context));
   }
   return absl::OkStatus();
 }
@@ -180,7 +181,7 @@ absl::StatusOr<std::string> ContentCache::Bring(const Store& store, const std::s
                                                 const FetchContext& context) const {
   const std::optional<ContentReference> reference = FindContentReference(name);
   if (!reference) return name;
-  ASSIGN_OR_RETURN(const auto lock, LockFetches(context.cancel));
+  ASSIGN_OR_RETURN(const auto lock, LockFetches(context));
   const std::string last = LastPart(reference->path);
   const std::string key = reference->sha256 + "-" + last.substr(0, 100);
   const std::string place = options_.dir + "/" + key, dir = place + "/" + last;

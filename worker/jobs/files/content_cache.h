@@ -26,7 +26,8 @@ struct ContentCacheOptions {
 // A job that waits for its content.
 struct FetchContext {
   CancelToken cancel;
-  std::function<void()> file_begins = [] {};  // Called before each file that is fetched.
+  // Called before each piece that is fetched, and while another job's fetch is waited for.
+  std::function<void()> progress = [] {};
 };
 
 // Thread-safe.

@@ -7,6 +7,7 @@
 
 #include "common/base/hash.h"
 #include "common/base/system/file.h"
+#include "common/config/frame_notes.h"
 #include "worker/jobs/files/store_files.h"
 
 namespace parallax {
@@ -16,7 +17,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr char kFactsName[] = "facts.json";
 constexpr char kCurveName[] = "curve.csv";
-constexpr char kResumeFolder[] = "/resume/";
 constexpr size_t kNewest = 2;  // A checkpoint that is cut off has one before it.
 
 Json ToJson(const CheckpointFacts& facts) {
@@ -42,9 +42,10 @@ absl::StatusOr<std::vector<LeftCheckpoint>> ListCheckpoints(const Store& store,
   if (resume_folder.empty()) return left;
   ASSIGN_OR_RETURN(const std::vector<StoreEntry> entries, store.List(resume_folder));
   const std::string end = std::string("/") + kFactsName;
+  const std::string resume = fmt::format("/{}/", kResumeFolder);
   for (const StoreEntry& entry : entries) {
     const bool is_facts = entry.path.size() > end.size() &&
-                          entry.path.find(kResumeFolder) != std::string::npos &&
+                          entry.path.find(resume) != std::string::npos &&
                           entry.path.compare(entry.path.size() - end.size(), end.size(), end) == 0;
     if (!is_facts) continue;
     const absl::StatusOr<std::string> text = store.Get(entry.path);
@@ -71,7 +72,7 @@ absl::Status FetchCheckpoint(const Store& store, const LeftCheckpoint& left,
 }
 
 std::string CheckpointKeeper::FolderOf(int64_t step) const {
-  return fmt::format("{}{}{:09}", attempt_path_, kResumeFolder, step);
+  return fmt::format("{}/{}/{:09}", attempt_path_, kResumeFolder, step);
 }
 
 absl::Status CheckpointKeeper::Put(const CheckpointFacts& facts, const std::string& path,
@@ -93,11 +94,6 @@ absl::Status CheckpointKeeper::Put(const CheckpointFacts& facts, const std::stri
     kept_.erase(kept_.begin() + static_cast<ptrdiff_t>(i));
   }
   return absl::OkStatus();
-}
-
-void CheckpointKeeper::RemoveAll() {
-  store_.RemoveTree(attempt_path_ + "/resume").IgnoreError();
-  kept_.clear();
 }
 
 }  // namespace parallax

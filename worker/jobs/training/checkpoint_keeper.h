@@ -5,6 +5,7 @@
 //                                              curve.csv    what the training has told so far
 //                                              facts.json   written last: size, hash, step
 //
+// They stay until the coordinator has the training's result and removes them.
 // Not thread-safe.
 #pragma once
 
@@ -57,8 +58,6 @@ class CheckpointKeeper {
   // Leaves all stored checkpoints as they are, but counts them as older attempts' from now on, so
   // that others of the same steps may take their places.
   void Forget() { kept_.clear(); }
-  // Removes all checkpoints. Best effort.
-  void RemoveAll();
 
   // Returns the stored checkpoints, by step.
   const std::vector<CheckpointFacts>& kept() const { return kept_; }

@@ -10,6 +10,7 @@
 #include "common/base/status.h"
 #include "common/base/system/log.h"
 #include "tests/folder_test.h"
+#include "tests/worker/agent/attempts/stub_store.h"
 #include "worker/agent/attempts/failure.h"
 #include "worker/agent/attempts/running.h"
 
@@ -71,15 +72,19 @@ class JobSlotsTest : public FolderTest {
     lease.mutable_attempt()->set_fence(2);
     lease.set_kind("long");
     lease.set_spec(spec);
-    EXPECT_TRUE(slots.Start(
-        lease, {.dir = dir_ + "/store/.attempt-2", .path = ".attempt-2", .scratch = dir_ + "/work"},
-        "c"));
+    EXPECT_TRUE(slots.Start(lease,
+                            {.dir = dir_ + "/store/.attempt-2",
+                             .path = ".attempt-2",
+                             .store = store_,
+                             .scratch = dir_ + "/work"},
+                            "c"));
     std::unique_lock lock(mu);
     EXPECT_TRUE(changed.wait_for(lock, std::chrono::seconds(10), [&] { return ended; }));
     return report;
   }
   bool Exists(const std::string& path) const { return fs::exists(dir_ + "/" + path); }
 
+  std::shared_ptr<Store> store_;
   RunningAttempt seen_;
   std::string live_log_;  // A heartbeat at that moment has it.
 };
@@ -105,6 +110,22 @@ TEST_F(JobSlotsTest, TimeOfProgramsThatAJobRanIsItsTime) {
   EXPECT_GE(std::get<v1::CompleteRequest>(report.body).cpu_s(), 1000);
   EXPECT_TRUE(Exists("store/.attempt-2/checkpoint"));
   EXPECT_FALSE(Exists("work"));
+}
+
+TEST_F(JobSlotsTest, FinishedWorkIsReportedUnlessTheStoreIsCertainlyGone) {
+  const auto stub = std::make_shared<StubStore>();
+  store_ = stub;
+  stub->marker = Unavailable("no answer");
+  EXPECT_EQ(std::get<v1::CompleteRequest>(Do(false, "").body).result(), "result");
+  EXPECT_TRUE(Exists("store/.attempt-2/checkpoint"));
+  for (const absl::Status& gone : {NotFound("no marker"), FailedPrecondition("another store")}) {
+    stub->marker = gone;
+    EXPECT_EQ(std::get<v1::CompleteRequest>(Do(false, "").body).result(), "") << gone;
+    EXPECT_FALSE(Exists("store/.attempt-2"));
+  }
+  stub->marker = Unavailable("no answer");
+  const Report report = Do(false, "fail");
+  EXPECT_TRUE(std::holds_alternative<v1::CompleteRequest>(report.body)) << "none: handed back";
 }
 
 TEST_F(JobSlotsTest, OnlyKindsThatResumeKeepWhatAFailedAttemptLeft) {

@@ -4,12 +4,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
+#include <future>
+#include <mutex>
+#include <thread>
 
 #include "common/base/hash.h"
 #include "common/base/system/file.h"
 #include "common/store/store.h"
 #include "tests/folder_test.h"
+#include "tests/worker/jobs/job_fixture.h"
 #include "worker/materials/pictures/user_picture.h"
 
 namespace parallax {
@@ -92,6 +97,27 @@ TEST_F(ContentCacheTest, WhatIsNotAsItsHashSaysIsRefusedAndLeavesNothing) {
   fs::remove(list);
   ASSERT_TRUE(WriteFile(list, ContentListText({list_[1]})).ok());
   EXPECT_EQ(Bring().status().code(), absl::StatusCode::kDataLoss);
+}
+
+TEST_F(ContentCacheTest, AJobThatWaitsForAnothersFetchTellsThatItLives) {
+  DistantStore far(std::move(store_));
+  std::promise<void> fetching, waits;
+  std::once_flag began, waited;
+  far.on_piece = [&] {
+    std::call_once(began, [&] {
+      fetching.set_value();
+      waits.get_future().wait_for(std::chrono::seconds(20));
+    });
+  };
+  const ContentCache cache({dir_ + "/cache", 1000});
+  const std::string name = ContentReferenceText({sha256_, "mine/pictures"});
+  std::thread first([&] { EXPECT_TRUE(cache.Bring(far, name, {}).ok()); });
+  fetching.get_future().wait();
+  FetchContext context;
+  context.progress = [&] { std::call_once(waited, [&] { waits.set_value(); }); };
+  const auto second = cache.Bring(far, name, context);
+  first.join();
+  EXPECT_TRUE(second.ok()) << second.status();
 }
 
 TEST_F(ContentCacheTest, NamesDoNotLeaveTheCache) {

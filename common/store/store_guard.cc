@@ -1,4 +1,4 @@
-#include "coordinator/rpc/storage/store_guard.h"
+#include "common/store/store_guard.h"
 
 #include <chrono>
 
@@ -7,8 +7,7 @@
 namespace parallax {
 namespace {
 
-// Whether it is certain that the store is not there: a server that does not answer for a moment is
-// no other server.
+// Whether it is certain that the store is not there.
 bool IsCertain(const absl::Status& status) {
   return !absl::IsUnavailable(status) && !absl::IsDeadlineExceeded(status) &&
          !absl::IsResourceExhausted(status);
@@ -16,9 +15,8 @@ bool IsCertain(const absl::Status& status) {
 
 }  // namespace
 
-StoreGuard::StoreGuard(const Store& store, double every_s,
-                       std::function<void(const absl::Status&)> changed)
-    : store_(store), every_s_(every_s), changed_(std::move(changed)) {
+StoreGuard::StoreGuard(const Store& store, Options options)
+    : store_(store), options_(std::move(options)) {
   thread_ = std::thread([this] { Loop(); });
 }
 
@@ -27,8 +25,16 @@ StoreGuard::~StoreGuard() {
     const std::lock_guard lock(mu_);
     stopping_ = true;
   }
-  stop_.notify_all();
+  wake_.notify_all();
   thread_.join();
+}
+
+void StoreGuard::LookSoon() {
+  {
+    const std::lock_guard lock(mu_);
+    hurries_ = true;
+  }
+  wake_.notify_all();
 }
 
 absl::Status StoreGuard::status() const {
@@ -40,7 +46,7 @@ absl::Status StoreGuard::Look() {
   const std::lock_guard looking(looking_);
   const absl::Status seen = store_.CheckMarker();
   const absl::Status before = status();
-  if (!seen.ok() && !IsCertain(seen)) return before;
+  if (!seen.ok() && options_.patient && !IsCertain(seen)) return before;
   const absl::Status now =
       seen.ok() ? absl::OkStatus() : Unavailable("the store is gone: {}", ToStd(seen.message()));
   {
@@ -51,19 +57,21 @@ absl::Status StoreGuard::Look() {
   if (now.ok()) {
     LogInfo("the store is back; work goes on", {{"store", store_.Uri()}});
   } else {
-    LogError("no leases until the store is back", {{"error", now}});
+    LogError("no work until the store is back", {{"error", now}});
   }
-  changed_(now);
+  options_.changed(now);
   return now;
 }
 
 void StoreGuard::Loop() {
   std::unique_lock lock(mu_);
   while (!stopping_) {
+    hurries_ = false;
     lock.unlock();
     Look().IgnoreError();
     lock.lock();
-    stop_.wait_for(lock, std::chrono::duration<double>(every_s_), [this] { return stopping_; });
+    wake_.wait_for(lock, std::chrono::duration<double>(options_.every_s),
+                   [this] { return stopping_ || hurries_; });
   }
 }
 

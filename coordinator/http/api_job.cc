@@ -67,6 +67,7 @@ Reply JobFile(ApiParts& parts, const WebRequest& request) {
           "`parallax fetch` copies it",
           id, name, file.size() / 1'000'000, kMostJobFileBytes / 1'000'000);
     }
+    RETURN_IF_ERROR(request.reserve(file.size()));
     WebReply reply;
     reply.type = "application/octet-stream";
     ASSIGN_OR_RETURN(reply.body, parts.pictures.File(job.result_path + "/" + name));

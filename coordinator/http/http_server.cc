@@ -107,6 +107,7 @@ class HttpServerImpl final : public HttpServer {
     WebServerOptions options;
     options.listen = address_;
     options.limits.connections = options_.limits;
+    options.limits.reply_bytes = options_.reply_bytes;
     if (is_tls_) {
       options.tls = [dir = options_.security.tls->dir](ssl_ctx_st& context) {
         return SetUpTls(dir, context);
@@ -216,6 +217,7 @@ class HttpServerImpl final : public HttpServer {
     asked.query = request.query;
     asked.body = request.body;
     asked.if_none_match = request.Header("if-none-match");
+    asked.reserve = request.reserve;
     if (caller) asked.caller = *caller;
     absl::StatusOr<WebReply> reply = route.handler(asked);
     if (!reply.ok()) return ErrorFor(reply.status(), request);

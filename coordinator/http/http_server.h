@@ -41,6 +41,7 @@ struct HttpServerOptions {
   // machine that other people use too.
   bool by_link_only = false;
   ListenerLimits limits = WebServerLimits().connections;
+  int64_t reply_bytes = WebServerLimits().reply_bytes;
   // Returns a study's table of results, as JSON {"text", "table"}; null: the page shows none.
   std::function<absl::StatusOr<std::string>(int64_t study)> table;
   // Draws a search as SVG; null: the page shows no picture.

@@ -4,6 +4,7 @@
 // whose roles may use it. A test tries all rows as a stranger, so a new row can't be forgotten.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <string>
@@ -29,6 +30,7 @@ struct WebRequest {
   std::map<std::string, std::string> query;
   std::string body;
   std::string if_none_match;
+  std::function<absl::Status(int64_t bytes)> reserve;  // As ServerRequest has it.
   WebCaller caller;
 };
 

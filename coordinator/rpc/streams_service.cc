@@ -10,6 +10,7 @@
 #include "common/rpc/grpc_status.h"
 #include "coordinator/rpc/content_keeper.h"
 #include "coordinator/rpc/validation.h"
+#include "coordinator/rpc/workers/steering.h"
 
 namespace parallax {
 namespace {
@@ -70,6 +71,7 @@ StreamsService::Reactor* StreamsService::Open(Context* context,
     v1::StudySpec study = request->study();
     RETURN_IF_ERROR(ValidateStudy(study));
     RETURN_IF_ERROR(notify_hosts_.Check(study));
+    RETURN_IF_ERROR(CheckPriority(CallerOf(*context), study.priority()));
     if (content_ != nullptr) RETURN_IF_ERROR(content_->CheckStudy(study));
     ASSIGN_OR_RETURN(*reply, keeper_.Open(study, ActorOf(*context)));
     LogInfo("stream opened", {{"stream", study.name()}});

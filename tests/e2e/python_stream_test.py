@@ -266,6 +266,28 @@ class StreamTest(unittest.TestCase):
         with tarfile.open(fileobj=io.BytesIO(more.stdout)) as tar:
             self.assertEqual(tar.getnames()[0].split(".")[0].replace("_", "/"), expected[3], "it goes on")
 
+    def test_the_tar_goes_on_when_its_coordinator_is_back(self):
+        self.begin()
+        path = self.farm.folder / "pairs.tar"
+        with open(path, "wb") as out:
+            process = subprocess.Popen(
+                [BIN / "parallax", "stream", "endless", "--tar", "--most", "20", "--coordinator", self.address],
+                stdout=out, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.stderr.close)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        while path.stat().st_size == 0:
+            self.assertIsNone(process.poll(), "the tar ended by itself")
+            time.sleep(0.02)
+        end(self.coordinator)
+        self.assertTrue(any("the coordinator does not answer" in line for line in process.stderr))
+        self.coordinator, _ = self.farm.serve(listen=self.address)
+        self.assertEqual(process.wait(PATIENCE_S), 0)
+        with tarfile.open(path) as tar:
+            names = tar.getnames()
+        keys = [name[:-len(".left.png")].replace("_", "/") for name in names if name.endswith(".left.png")]
+        self.assertEqual(keys, take(20, "endless", self.address))
+
     def test_errors_are_those_of_the_program(self):
         self.begin(0)
         with self.assertRaises(ParallaxError) as unknown:

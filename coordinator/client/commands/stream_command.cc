@@ -5,9 +5,12 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "common/base/names.h"
 #include "common/config/config.h"
@@ -17,6 +20,7 @@
 #include "coordinator/client/content/ship_content.h"
 #include "coordinator/client/content/study_options.h"
 #include "coordinator/client/interrupt.h"
+#include "coordinator/client/runs/follow.h"
 #include "coordinator/client/runs/local_farm.h"
 #include "coordinator/client/runs/store_reader.h"
 #include "coordinator/client/views/text.h"
@@ -93,10 +97,27 @@ bool ReaderIsGone() {
   return ::poll(&out, 1, 0) > 0 && (out.revents & POLLERR) != 0;
 }
 
+// Repeats `call` while the coordinator is away: one that restarts is back soon. `farm` may be null.
+// Errors: the farm's; those of `call`, kUnavailable after kPatience_s or an interrupt.
+absl::Status WithPatience(const std::function<absl::Status()>& call, InterruptScope& interrupt,
+                          const LocalFarm* farm, const Session& session) {
+  std::optional<double> since_s;
+  while (true) {
+    if (farm != nullptr) RETURN_IF_ERROR(farm->status());
+    const absl::Status status = call();
+    if (!absl::IsUnavailable(status) || interrupt.count() > 0) return status;
+    const double now_s = SteadySeconds(*session.environment.clock);
+    if (!since_s) session.PrintNote(AwayNote(0));
+    since_s = since_s.value_or(now_s);
+    if (now_s - *since_s > kPatience_s) return status;
+    if (interrupt.WaitFor(std::chrono::duration<double>(session.environment.poll_s))) return status;
+  }
+}
+
 // Writes pairs as members of one tar file until somebody ends it. A pair is acknowledged when its
 // bytes are written. `farm` makes the pairs, unless it is null.
 absl::StatusOr<ExitCode> WriteTar(const std::string& name, const StreamOptions& options,
-                                  Connection& connection, const InterruptScope& interrupt,
+                                  Connection& connection, InterruptScope& interrupt,
                                   const LocalFarm* farm, const Session& session) {
   ASSIGN_OR_RETURN(
       const auto reader,
@@ -113,9 +134,15 @@ absl::StatusOr<ExitCode> WriteTar(const std::string& name, const StreamOptions& 
   request.set_resume(true);
   int64_t written = 0;
   std::string waits_for;
+  v1::NextPairsReply reply;
+  const auto next = [&]() -> absl::Status {
+    ASSIGN_OR_RETURN(reply, connection.NextPairs(request));
+    return absl::OkStatus();
+  };
   while (interrupt.count() == 0 && (options.most == 0 || written < options.most)) {
-    if (farm != nullptr) RETURN_IF_ERROR(farm->status());
-    ASSIGN_OR_RETURN(const v1::NextPairsReply reply, connection.NextPairs(request));
+    const absl::Status answered = WithPatience(next, interrupt, farm, session);
+    if (interrupt.count() > 0) break;
+    RETURN_IF_ERROR(answered);
     request.set_resume(false);
     if (reply.pairs().empty() && ReaderIsGone()) return kExitOk;
     if (reply.pairs().empty() && reply.waits_for() != waits_for) {
@@ -128,7 +155,15 @@ absl::StatusOr<ExitCode> WriteTar(const std::string& name, const StreamOptions& 
         after = pair.position();
         break;
       }
-      if (!reader->is_local()) RETURN_IF_ERROR(reader->Bring(pair.frame()));
+      if (!reader->is_local()) {
+        const absl::Status brought =
+            WithPatience([&] { return reader->Bring(pair.frame()); }, interrupt, farm, session);
+        if (absl::IsUnavailable(brought) && interrupt.count() > 0) {
+          after = pair.position();
+          break;
+        }
+        RETURN_IF_ERROR(brought);
+      }
       ASSIGN_OR_RETURN(const std::string members,
                        StreamSample(pair, reader->folder() + "/" + pair.frame().path()));
       reader->Drop(pair.frame());
@@ -141,8 +176,9 @@ absl::StatusOr<ExitCode> WriteTar(const std::string& name, const StreamOptions& 
   }
   request.set_wait_s(0);
   request.set_limit(1);
-  RETURN_IF_ERROR(connection.NextPairs(request).status());  // Acknowledges the last ones.
+  const absl::Status acknowledged = WithPatience(next, interrupt, farm, session);  // The last ones.
   RETURN_IF_ERROR(WriteOut(StreamEnd()).status());
+  RETURN_IF_ERROR(acknowledged);
   return kExitOk;
 }
 
@@ -243,7 +279,7 @@ absl::StatusOr<ExitCode> StreamOfCoordinator(StreamOptions& options, Session& se
     ASSIGN_OR_RETURN(*reply.add_streams(), connection->CloseStream(name, ""));
   }
   if (options.tar) {
-    const InterruptScope interrupt;
+    InterruptScope interrupt;
     return WriteTar(name, options, *connection, interrupt, nullptr, session);
   }
   return PrintStreams(reply, session);

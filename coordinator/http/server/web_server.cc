@@ -3,6 +3,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <atomic>
 #include <boost/asio.hpp>
 #include <boost/asio/ssl.hpp>
 #include <boost/beast/core.hpp>
@@ -25,6 +26,8 @@ using TlsStream = beast::ssl_stream<beast::tcp_stream>;
 // Threads that read, write and encrypt, and threads of handlers.
 constexpr int kIoThreads = 2;
 constexpr int kHandlerThreads = 16;
+// Replies of up to this size are not counted: health and figures come while large ones are sent.
+constexpr int64_t kSmallReplyBytes = 256 << 10;
 // A refused caller that goes on sending is heard so long, so that the refusal arrives.
 constexpr double kGoodbye_s = 1;
 constexpr size_t kGoodbyeBytes = 256 << 10;
@@ -110,6 +113,7 @@ class Session final : public std::enable_shared_from_this<Session<Stream>> {
         from_(std::move(from)),
         buffer_(kMostHeaderBytes + kMostBodyBytes),
         timer_(stream_.get_executor()) {}
+  ~Session() { Release(); }
 
   void Start() {
     asio::dispatch(stream_.get_executor(), [self = this->shared_from_this()] { self->Open(); });
@@ -122,6 +126,9 @@ class Session final : public std::enable_shared_from_this<Session<Stream>> {
   void Read();
   void OnRead(const Error& error);
   void Answer();
+  // Counts the reply's bytes until Release. Errors: kUnavailable.
+  absl::Status Reserve(int64_t bytes);
+  void Release();
   void Write(ServerReply reply, bool close);
   void OnWritten(bool close);
   void BeginEvents(const ServerReply& reply);
@@ -142,6 +149,7 @@ class Session final : public std::enable_shared_from_this<Session<Stream>> {
   asio::steady_timer timer_;
   std::optional<http::request_parser<http::string_body>> parser_;
   http::response<http::string_body> response_;
+  int64_t reserved_ = 0;  // Bytes of the reply that the server has counted.
   http::response<http::empty_body> head_;
   std::optional<http::response_serializer<http::empty_body>> head_serializer_;
   std::function<std::optional<std::string>()> events_;
@@ -208,6 +216,7 @@ class WebServerImpl final : public WebServer {
     return is_urgent_(request.path) ? *urgent_ : *handlers_;
   }
   asio::thread_pool& handlers() { return *handlers_; }
+  std::atomic<int64_t>& reply_bytes() { return reply_bytes_; }
 
   ServerReply Handle(const ServerRequest& request) const {
     try {
@@ -258,6 +267,7 @@ class WebServerImpl final : public WebServer {
   Handler handler_;
   IsUrgent is_urgent_;
   std::unique_ptr<asio::ssl::context> tls_;  // Null: plain HTTP.
+  std::atomic<int64_t> reply_bytes_ = 0;     // Of all replies; handlers and sessions change it.
   std::unique_ptr<asio::io_context> io_;
   std::unique_ptr<asio::thread_pool> handlers_, urgent_;
   std::optional<asio::executor_work_guard<asio::io_context::executor_type>> work_;
@@ -323,17 +333,41 @@ void Session<Stream>::Answer() {
   request.from = from_;
   if constexpr (kIsTls) request.tls = stream_.native_handle();
   request.know = [this] { return server_.listener().Know(peer_); };
+  request.reserve = [this](int64_t bytes) { return Reserve(bytes); };
   Lowest().expires_never();
   server_.listener().SetBusy(peer_, true);
   asio::thread_pool& pool = server_.PoolFor(request);
   asio::post(pool, [self = this->shared_from_this(), request = std::move(request)]() mutable {
     ServerReply reply = self->server_.Handle(request);
+    if (const absl::Status status = self->Reserve(static_cast<int64_t>(reply.reply.body.size()));
+        !status.ok()) {
+      reply.reply = ErrorReply(status);
+    }
     Session& session = *self;
     asio::post(session.stream_.get_executor(),
                [self = std::move(self), reply = std::move(reply)]() mutable {
                  self->Write(std::move(reply), /*close=*/false);
                });
   });
+}
+
+template <typename Stream>
+absl::Status Session<Stream>::Reserve(int64_t bytes) {
+  if (bytes <= std::max(reserved_, kSmallReplyBytes)) return absl::OkStatus();
+  const int64_t more = bytes - reserved_, most = server_.options().limits.reply_bytes;
+  if (server_.reply_bytes().fetch_add(more) + more > most) {
+    server_.reply_bytes().fetch_sub(more);
+    return Unavailable("too many large replies are being sent (at most {} MB); try again later",
+                       most >> 20);
+  }
+  reserved_ = bytes;
+  return absl::OkStatus();
+}
+
+template <typename Stream>
+void Session<Stream>::Release() {
+  server_.reply_bytes().fetch_sub(reserved_);
+  reserved_ = 0;
 }
 
 template <typename Stream>
@@ -374,6 +408,7 @@ void Session<Stream>::Write(ServerReply reply, bool close) {
 template <typename Stream>
 void Session<Stream>::OnWritten(bool close) {
   response_ = {};
+  Release();
   if (close) return Close();
   server_.listener().Forget(peer_);
   Read();

@@ -4,12 +4,13 @@
 //   common/rpc/listener.h). A connection counts as known only while a request of a known caller is
 //   answered.
 // - Memory: a request has at most kMostHeaderBytes of headers and kMostBodyBytes of body, however
-//   it is sent. More is refused: 431, 413.
+//   it is sent. More is refused: 431, 413. All replies together have WebServerLimits::reply_bytes.
 // - Time: TLS, a whole request and a whole reply each have a time, however the bytes come.
 // - Handlers run on a few threads. Urgent requests have a thread of their own.
 // - Ranges are not served: a reply is the whole.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -43,6 +44,9 @@ struct ServerRequest {
   std::string from;             // The peer's address, without port.
   const ssl_st* tls = nullptr;  // The connection, while the handler runs; null without TLS.
   std::function<bool()> know;   // Says that the caller is known. False: too many are already.
+  // Says that the reply will have so many bytes, before they are read. Errors: kUnavailable if all
+  // replies have too many.
+  std::function<absl::Status(int64_t bytes)> reserve;
 
   // Returns a header's value; empty if it is absent. `name` is in lower case.
   std::string Header(const std::string& name) const;
@@ -64,6 +68,9 @@ struct WebServerLimits {
   double reply_s = 10;    // Beside the time of its bytes at bytes_per_s.
   double bytes_per_s = 50e3;
   int requests = 1000;  // On one connection.
+  // Memory of all replies until they are sent, beside small ones, which the number of connections
+  // bounds. More are refused: 503.
+  int64_t reply_bytes = 256 << 20;
 };
 
 struct WebServerOptions {

@@ -13,6 +13,7 @@ namespace parallax {
 namespace {
 
 constexpr int kResultsAtOnce = 50;
+constexpr int kUnreadableInARow = 3;  // So many are no damage: the store can't be read.
 constexpr size_t kPieceBytes = 1 << 20;
 constexpr double kTryAgain_s = 60;
 
@@ -82,13 +83,12 @@ absl::StatusOr<ScrubState> Scrubber::Pass(const std::function<void(const Damaged
   } else {
     pass.began_unix_s = options_.clock->UnixSeconds();
   }
+  int unreadable = 0;
   while (true) {
     ASSIGN_OR_RETURN(const std::vector<StoredOutput> outputs,
                      queue_.ListStoredOutputs(pass.position, kResultsAtOnce));
-    std::vector<DamagedResult> damaged;
+    ASSIGN_OR_RETURN(const std::vector<DamagedResult> damaged, DamagedOf(outputs, unreadable));
     for (const StoredOutput& output : outputs) {
-      ASSIGN_OR_RETURN(std::string why, WhyDamaged(output));
-      if (!why.empty()) damaged.push_back({output.key, output.folder, std::move(why)});
       pass.files += static_cast<int64_t>(output.files.size());
       for (const JobKind::OutputFile& file : output.files) pass.bytes += file.size;
       pass.position.assign(output.key.begin(), output.key.end());
@@ -107,6 +107,34 @@ absl::StatusOr<ScrubState> Scrubber::Pass(const std::function<void(const Damaged
     }
     if (outputs.empty()) return pass;
   }
+}
+
+absl::StatusOr<std::vector<DamagedResult>> Scrubber::DamagedOf(
+    const std::vector<StoredOutput>& outputs, int& unreadable) {
+  std::vector<DamagedResult> damaged;
+  const auto add = [&damaged](const StoredOutput& output, std::string why) {
+    if (!why.empty()) damaged.push_back({output.key, output.folder, std::move(why)});
+  };
+  std::vector<const StoredOutput*> again;
+  for (const StoredOutput& output : outputs) {
+    absl::StatusOr<std::string> why = WhyDamaged(output);
+    if (absl::IsCancelled(why.status())) return why.status();
+    unreadable = why.ok() ? 0 : unreadable + 1;
+    if (unreadable >= kUnreadableInARow) return why.status();
+    if (why.ok()) {
+      add(output, *std::move(why));
+    } else {
+      again.push_back(&output);
+    }
+  }
+  // While the store is away, a second look tells nothing.
+  if (!again.empty()) RETURN_IF_ERROR(store_.CheckMarker());
+  for (const StoredOutput* output : again) {
+    absl::StatusOr<std::string> why = WhyDamaged(*output);
+    if (absl::IsCancelled(why.status())) return why.status();
+    add(*output, why.ok() ? *std::move(why) : std::string(ToStd(why.status().message())));
+  }
+  return damaged;
 }
 
 absl::Status Scrubber::TakeBack(const std::vector<DamagedResult>& damaged) {
@@ -135,7 +163,9 @@ absl::StatusOr<std::string> Scrubber::WhyDamagedFile(const JobKind::OutputFile& 
   while (true) {
     const absl::StatusOr<std::string> piece = store_.GetPiece(file.path, size, kPieceBytes);
     if (absl::IsNotFound(piece.status())) return file.path + ": is not in the store";
-    if (!piece.ok()) return Unavailable("{}", ToStd(piece.status().message()));
+    if (!piece.ok()) {
+      return Unavailable("{}: can't be read: {}", file.path, ToStd(piece.status().message()));
+    }
     hash.Update(*piece);
     size += static_cast<int64_t>(piece->size());
     {

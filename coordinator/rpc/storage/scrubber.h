@@ -2,7 +2,8 @@
 // and again and again. Damaged results are taken back, so that they are made again.
 //
 // A pass goes through the results in the order of their keys and keeps its place in the database: a
-// restart goes on there. While the store is not there, nothing counts as damaged.
+// restart goes on there. While the store is not there, nothing counts as damaged. A result that
+// can't be read, twice, counts as damaged unless the next ones can't be read either.
 #pragma once
 
 #include <condition_variable>
@@ -48,13 +49,17 @@ class Scrubber {
   void Start();
   // Goes on with the pass under way, or begins one, to its end; `found` hears of each damaged
   // result. Returns the state of the pass. Errors: those of the queue; kUnavailable while the store
-  // is not there or can't be read; kCancelled when the scrubber is being destroyed.
+  // is not there or several results in a row can't be read; kCancelled when the scrubber is being
+  // destroyed.
   absl::StatusOr<ScrubState> Pass(const std::function<void(const DamagedResult&)>& found);
   ScrubFigures figures() const;
 
  private:
   void Loop();
   bool WaitFor(double seconds);  // Returns false when it is time to end.
+  // `unreadable` counts the results up to now that could not be read, in a row.
+  absl::StatusOr<std::vector<DamagedResult>> DamagedOf(const std::vector<StoredOutput>& outputs,
+                                                       int& unreadable);
   absl::StatusOr<std::string> WhyDamaged(const StoredOutput& output);
   absl::StatusOr<std::string> WhyDamagedFile(const JobKind::OutputFile& file);
   absl::Status TakeBack(const std::vector<DamagedResult>& damaged);

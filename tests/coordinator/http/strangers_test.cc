@@ -210,6 +210,45 @@ TEST_F(StrangersTest, EndlessRequestsTakeNoMemory) {
   EXPECT_EQ(Client()->Get("/healthz")->status, 200);
 }
 
+TEST_F(StrangersTest, RepliesThatNobodyReadsTakeAtMostTheirBudget) {
+  const int64_t study = Submit();
+  Work();
+  options_.reply_bytes = 40 << 20;
+  Serve();
+  const auto client = Client();
+  const nlohmann::json pair =
+      Json(*client, "/api/v1/studies/" + std::to_string(study) + "/pairs")["pairs"].at(0);
+  const std::string path = "/api/v1/pairs/" + pair["id"].dump();
+  const std::string folder = Json(*client, path)["path"];
+  // More than the sockets' own buffers take.
+  ASSERT_TRUE(store_->Put(folder + "/left.png", std::string(16 << 20, 'x')).ok());
+  const std::string request = "GET " + path + "/file/left.png HTTP/1.1\r\n" + kHost + "\r\n";
+  const auto begin = [&](int fd) {
+    char head[12] = {};
+    (void)!send(fd, request.data(), request.size(), MSG_NOSIGNAL);
+    (void)!recv(fd, head, sizeof head, MSG_WAITALL);
+    return std::string(head, sizeof head);
+  };
+  const int fds[] = {ConnectTo(Port()), ConnectTo(Port())};
+  for (const int fd : fds) ASSERT_EQ(begin(fd), "HTTP/1.1 200");
+  for (int i = 0; i < 2; ++i) {
+    const auto refused = client->Get(path + "/file/left.png");
+    ASSERT_EQ(refused->status, 503);
+    EXPECT_THAT(refused->body, HasSubstr("too many large replies are being sent (at most 40 MB)"));
+  }
+  EXPECT_EQ(client->Get("/healthz")->status, 200);
+  EXPECT_EQ(client->Get(path)->status, 200);
+  for (const int fd : fds) close(fd);
+  const auto closed = std::chrono::steady_clock::now();
+  int status = 0;
+  while (status != 200 && SecondsSince(closed) < 10) {
+    status = client->Get(path + "/file/left.png")->status;
+  }
+  EXPECT_EQ(status, 200);
+  // It is counted no more once it is read.
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(client->Get(path + "/file/left.png")->status, 200);
+}
+
 TEST_F(StrangersTest, HealthTellsOfADeafPort) {
   Serve();
   EXPECT_EQ(Client()->Get("/healthz")->status, 200);

@@ -187,6 +187,24 @@ class AccessTest : public FolderTest {
     return reply.study_id();
   }
 
+  static absl::StatusOr<v1::StreamStatus> OpenStream(v1::Streams::Stub& streams, int priority = 0) {
+    v1::OpenStreamRequest open;
+    v1::StudySpec& study = *open.mutable_study();
+    study.set_name("s");
+    study.set_pairs(4);
+    study.set_rigs_per_scene(2);
+    study.set_priority(priority);
+    study.mutable_stream()->set_chunk_pairs(4);
+    study.add_variants()->set_name("v");
+    study.mutable_variants(0)->mutable_config()->set_type(v1::SCENE_TYPE_INDOOR);
+    study.mutable_variants(0)->mutable_config()->mutable_rigs()->set_count(2);
+    grpc::ClientContext context;
+    SetRpcTimeout(context, seconds(20));
+    v1::StreamStatus status;
+    RETURN_IF_ERROR(FromGrpc(streams.Open(&context, open, &status)));
+    return status;
+  }
+
   std::unique_ptr<JobQueue> queue_;
   std::unique_ptr<Store> store_;
   KeyPair ca_;
@@ -269,22 +287,10 @@ TEST_F(AccessTest, ASubmitterSteersItsOwnStudiesOnly) {
 }
 
 TEST_F(AccessTest, ASubmitterTakesPairsOfItsOwnStreamsOnly) {
-  v1::OpenStreamRequest open;
-  v1::StudySpec& study = *open.mutable_study();
-  study.set_name("s");
-  study.set_pairs(4);
-  study.set_rigs_per_scene(2);
-  study.mutable_stream()->set_chunk_pairs(4);
-  study.add_variants()->set_name("v");
-  study.mutable_variants(0)->mutable_config()->set_type(v1::SCENE_TYPE_INDOOR);
-  study.mutable_variants(0)->mutable_config()->mutable_rigs()->set_count(2);
   const auto ada = v1::Streams::NewStub(Channel(Role::kSubmitter, "ada"));
-  grpc::ClientContext context;
-  SetRpcTimeout(context, seconds(20));
-  v1::StreamStatus status;
-  const absl::Status opened = FromGrpc(ada->Open(&context, open, &status));
-  ASSERT_TRUE(opened.ok()) << opened;
-  EXPECT_THAT(status.user(), HasSubstr("submitter ada"));
+  const absl::StatusOr<v1::StreamStatus> opened = OpenStream(*ada);
+  ASSERT_TRUE(opened.ok()) << opened.status();
+  EXPECT_THAT(opened->user(), HasSubstr("submitter ada"));
 
   const auto take = [&](v1::Streams::Stub& who) {
     grpc::ClientContext context;
@@ -423,6 +429,14 @@ TEST_F(AccessTest, ASubmitterRaisesItsOwnStudiesAndOnlySoFar) {
   v1::RetryReply reply;
   const absl::Status not_bobs = FromGrpc(bob->RetryJob(&context, retry, &reply));
   EXPECT_THAT(std::string(not_bobs.message()), HasSubstr("was not submitted by 'bob'"));
+}
+
+TEST_F(AccessTest, AStreamOfASubmitterHasNoHigherPriorityThanItsStudies) {
+  const auto ada = v1::Streams::NewStub(Channel(Role::kSubmitter, "ada"));
+  const absl::Status refused = OpenStream(*ada, 101).status();
+  EXPECT_TRUE(absl::IsPermissionDenied(refused)) << refused;
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("a submitter gives at most 100"));
+  EXPECT_TRUE(OpenStream(*v1::Streams::NewStub(Channel(Role::kOperator, "olga")), 101).ok());
 }
 
 TEST_F(AccessTest, ACommentIsItsStudysAndSaysWhoseItIs) {

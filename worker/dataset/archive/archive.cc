@@ -146,7 +146,7 @@ class Archive final : public ArchiveWriter {
         RETURN_IF_ERROR(SetAmbiguousShare(share, variant->config().filters(), line));
       }
     }
-    if (present && !content.made_anew && IsEqual(dir, source, content.frame.frame(), indexed)) {
+    if (present && !content.made_anew && IsEqual(dir, source, content, indexed)) {
       ++totals_.frames_present;
     } else {
       RETURN_IF_ERROR(Materialise(dir, source, content, present));
@@ -257,10 +257,12 @@ class Archive final : public ArchiveWriter {
     return absl::OkStatus();
   }
 
-  // Whether `dir` holds exactly the manifest's files: the store's own inodes, files of the right
-  // size that the index confirms, or files of the right hash.
-  static bool IsEqual(const std::string& dir, const std::string& source,
-                      const v1::FrameResult& frame, bool indexed) {
+  // Whether `dir` holds exactly the manifest's files: the store's own inodes, or files of the right
+  // hash. The index replaces the hash where no link to the store's file can be: a link to a former
+  // file of the store may have rotted with it.
+  static bool IsEqual(const std::string& dir, const std::string& source, const Content& content,
+                      bool indexed) {
+    const v1::FrameResult& frame = content.frame.frame();
     std::error_code error;
     const auto begin = fs::directory_iterator(dir, error);
     if (error || std::distance(begin, fs::directory_iterator()) != frame.files_size()) return false;
@@ -270,9 +272,10 @@ class Archive final : public ArchiveWriter {
       const std::string path = dir + "/" + file.name();
       if (::lstat(path.c_str(), &here) != 0 || !S_ISREG(here.st_mode)) return false;
       if (here.st_size != file.size()) return false;
-      const bool same_inode = ::lstat((source + "/" + file.name()).c_str(), &there) == 0 &&
-                              here.st_ino == there.st_ino && here.st_dev == there.st_dev;
-      if (same_inode || indexed) continue;
+      if (content.made.contains(file.name())) continue;  // MadeBefore has compared its hash.
+      const bool may_link =
+          ::lstat((source + "/" + file.name()).c_str(), &there) == 0 && here.st_dev == there.st_dev;
+      if (may_link ? here.st_ino == there.st_ino : indexed) continue;
       const absl::StatusOr<std::string> hash = Sha256HexOfFile(path);
       if (!hash.ok() || *hash != file.sha256()) return false;
     }
@@ -293,7 +296,7 @@ class Archive final : public ArchiveWriter {
       const auto made = content.made.find(file.name());
       const absl::Status status = made != content.made.end()
                                       ? WriteFile(to, made->second, /*sync=*/true)
-                                      : BringFile(source + "/" + file.name(), to, file);
+                                      : BringFile(source + "/" + file.name(), to, file, replace);
       if (!status.ok()) {
         (void)RemoveAll(temporary).ok();  // The first error is what counts.
         return status;
@@ -306,13 +309,21 @@ class Archive final : public ArchiveWriter {
     return replace ? RemoveAll(old) : absl::OkStatus();
   }
 
-  absl::Status BringFile(const std::string& from, const std::string& to,
-                         const v1::FileEntry& file) {
+  // Links a file of the store, whose content is checked first if `check`, or copies it.
+  absl::Status BringFile(const std::string& from, const std::string& to, const v1::FileEntry& file,
+                         bool check) {
     struct stat info {};
     if (::lstat(from.c_str(), &info) != 0) return ErrnoError(errno, "store file " + from);
     if (!S_ISREG(info.st_mode) || info.st_size != file.size()) {
       return DataLoss("store file {}: {} bytes, its manifest says {}", from, info.st_size,
                       file.size());
+    }
+    const auto differs = [&from] {
+      return DataLoss("store file {}: its content is not what its manifest says", from);
+    };
+    if (check) {
+      ASSIGN_OR_RETURN(const std::string hash, Sha256HexOfFile(from));
+      if (hash != file.sha256()) return differs();
     }
     if (::link(from.c_str(), to.c_str()) == 0) {
       ++totals_.files_linked;
@@ -322,9 +333,7 @@ class Archive final : public ArchiveWriter {
       return ErrnoError(errno, "link " + to);
     }
     ASSIGN_OR_RETURN(const std::string bytes, ReadFile(from));
-    if (Sha256Hex(bytes) != file.sha256()) {
-      return DataLoss("store file {}: its content is not what its manifest says", from);
-    }
+    if (Sha256Hex(bytes) != file.sha256()) return differs();
     ++totals_.files_copied;
     return WriteFile(to, bytes, /*sync=*/true);
   }

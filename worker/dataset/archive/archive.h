@@ -8,7 +8,7 @@
 //
 // Files are hard links into the store, or copies where links are impossible. A frame's folder
 // appears only when it is complete; equal frames that exist are left alone, so adding all frames
-// again does nothing.
+// again does nothing. Links to files that the store has no longer are compared by their hashes.
 #pragma once
 
 #include <cstdint>

@@ -7,9 +7,9 @@
 #include "common/base/hash.h"
 #include "common/base/system/file.h"
 #include "common/store/local_store.h"
+#include "common/store/store_guard.h"
 #include "coordinator/rpc/storage/scrubber.h"
 #include "coordinator/rpc/storage/store_claim.h"
-#include "coordinator/rpc/storage/store_guard.h"
 #include "tests/coordinator/queue/queue_fixture.h"
 
 namespace parallax {
@@ -84,6 +84,11 @@ class StoreUpkeepTest : public QueueTest {
     file.seekp(at);
     file.put(byte);
   }
+  // A folder in its place: reading it is an error, but not that it is not there.
+  static void MakeUnreadable(const std::string& path) {
+    fs::remove(path);
+    fs::create_directory(path);
+  }
   v1::StudyState State(StudyId study) { return Status(study).state(); }
 
   std::unique_ptr<Store> store_;
@@ -146,8 +151,9 @@ TEST_F(StoreUpkeepTest, ADatabaseFromBeforeItKeptAnIdKnowsItsStoreByItsResults) 
 // ---- Whether it is there
 TEST_F(StoreUpkeepTest, AStoreThatGoesIsNoticedAndSoIsItsReturn) {
   std::vector<bool> changes;
-  StoreGuard guard(*store_, 3600,
-                   [&changes](const absl::Status& status) { changes.push_back(status.ok()); });
+  StoreGuard guard(*store_, {.every_s = 3600, .changed = [&changes](const absl::Status& status) {
+                               changes.push_back(status.ok());
+                             }});
   EXPECT_TRUE(guard.Look().ok());
   fs::rename(Dir(), dir_ + "/disk");
   EXPECT_TRUE(absl::IsUnavailable(guard.Look()));
@@ -216,6 +222,35 @@ TEST_F(StoreUpkeepTest, AMissingAndAShortFileAreDamageAndWithoutRepairNothingCha
   EXPECT_THAT(told, testing::UnorderedElementsAre(HasSubstr("is not in the store"),
                                                   HasSubstr("has 7 bytes, not ")));
   EXPECT_EQ(State(study), v1::STUDY_STATE_SUCCEEDED);
+}
+
+TEST_F(StoreUpkeepTest, AFileThatCantBeReadIsDamageAndTheOthersAreRead) {
+  const StudyId study = Submit();
+  Work();
+  const std::vector<std::string> files = FilesOf(study);
+  MakeUnreadable(files.front());
+  Flip(files.back(), 3);
+  std::vector<std::string> told;
+  Scrubber scrubber(*queue_, *store_, {.clock = &clock_});
+  const auto pass =
+      scrubber.Pass([&told](const DamagedResult& damaged) { told.push_back(damaged.why); });
+  ASSERT_TRUE(pass.ok()) << pass.status();
+  EXPECT_TRUE(pass->ended_unix_s.has_value());
+  EXPECT_THAT(
+      told, testing::UnorderedElementsAre(HasSubstr(": can't be read: "), HasSubstr("(SHA-256)")));
+  Work();
+  EXPECT_EQ(State(study), v1::STUDY_STATE_SUCCEEDED);
+  for (const std::string& file : FilesOf(study)) EXPECT_TRUE(fs::is_regular_file(file)) << file;
+}
+
+TEST_F(StoreUpkeepTest, WhereNothingCanBeReadNothingIsDamaged) {
+  const StudyId study = Submit();
+  Work();
+  for (const std::string& file : FilesOf(study)) MakeUnreadable(file);
+  Scrubber scrubber(*queue_, *store_, {.clock = &clock_});
+  const auto pass = scrubber.Pass([](const DamagedResult&) { ADD_FAILURE(); });
+  EXPECT_TRUE(absl::IsUnavailable(pass.status())) << pass.status();
+  EXPECT_THAT(Frames(study), SizeIs(4));
 }
 
 TEST_F(StoreUpkeepTest, APassGoesOnWhereItWas) {

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -197,6 +198,39 @@ TEST_F(ArchiveTest, ATruncatedFrameIsBroughtAgain) {
   ASSERT_TRUE(archive->AddFrame(frame, store_).ok());
   EXPECT_EQ(archive->totals().frames_replaced, 1);
   EXPECT_GT(fs::file_size(out_ + "/a/frames/000000/000/left.png"), 100u);
+}
+
+// A bit that rots in the store rots in the link to it, too; another attempt makes the pair anew.
+TEST_F(ArchiveTest, ARottenLinkIsReplacedByTheStoresNewFile) {
+  v1::PublishedFrame frame = Publish("a", 0, 0);
+  {
+    auto archive = Open();
+    ASSERT_TRUE(archive->AddFrame(frame, store_).ok());
+    ASSERT_TRUE(archive->Finish().ok());
+  }
+  const std::string first = frame.frame().path(), second = first + "-again";
+  const std::string picture = out_ + "/a/frames/000000/000/left.png", good = *ReadFile(picture);
+  fs::copy(store_ + "/" + first, store_ + "/" + second, fs::copy_options::recursive);
+  frame.mutable_frame()->set_path(second);
+  const auto rot = [&good](const std::string& path) {
+    fs::permissions(path, fs::perms::owner_write, fs::perm_options::add);
+    std::fstream(path, std::ios::in | std::ios::out | std::ios::binary)
+        .seekp(50)
+        .put(static_cast<char>(good[50] ^ 1));
+  };
+  rot(picture);
+  ASSERT_NE(*ReadFile(picture), good);
+  auto archive = Open();
+  ASSERT_TRUE(archive->AddFrame(frame, store_).ok());
+  EXPECT_EQ(archive->totals().frames_replaced, 1);
+  EXPECT_EQ(*ReadFile(picture), good);
+  ASSERT_TRUE(archive->AddFrame(frame, store_).ok());
+  EXPECT_EQ(archive->totals().frames_present, 1);
+
+  frame.mutable_frame()->set_path(first);  // Rotten as the link was.
+  rot(picture);
+  EXPECT_EQ(archive->AddFrame(frame, store_).code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(archive->totals().frames_replaced, 1);
 }
 
 TEST_F(ArchiveTest, AStoreOnAnotherDeviceIsCopied) {

@@ -43,6 +43,7 @@ v1::SearchScore ScoreOf(const TrialScore& score, int rung) {
   *kept.mutable_objective() = score.objective;
   *kept.mutable_difference() = score.difference;
   kept.set_verdict(score.verdict);
+  if (score.log_difference) *kept.mutable_log_difference() = *score.log_difference;
   kept.set_core_s_per_pair(score.core_s_per_pair);
   return kept;
 }
@@ -134,7 +135,7 @@ std::optional<int> BestOf(const v1::SearchRecord& record) {
   if (rungs == 0) return std::nullopt;
   const v1::SearchTrial* best = nullptr;
   for (const v1::SearchTrial& trial : record.trials()) {
-    if (trial.scores_size() != rungs) continue;
+    if (trial.scores_size() != rungs || trial.scores(rungs - 1).verdict() == "worse") continue;
     if (best == nullptr ||
         trial.scores(rungs - 1).objective().value() < best->scores(rungs - 1).objective().value()) {
       best = &trial;

@@ -38,7 +38,8 @@ double NextCoreHours(const v1::SearchRecord& record, const StudyCosts& costs);
 
 // Returns why no further rung begins; empty while one may.
 std::string WhyOver(const v1::SearchRecord& record);
-// Returns the best trial of the last rung that has ended, 0 for the default; nothing before.
+// Returns the trial of the last rung that has ended with the least objective, of those that are not
+// significantly worse than the default; 0 for that; nothing before.
 std::optional<int> BestOf(const v1::SearchRecord& record);
 
 // Returns the score that a record keeps.

@@ -9,7 +9,7 @@
 namespace parallax {
 namespace {
 
-constexpr int kReplicates = 500;
+constexpr int kReplicates = 500;  // Bootstraps, and permutations.
 constexpr double kTail = 0.025;
 constexpr int kFewestMore = 3;  // Trials beyond the means' degrees of freedom.
 
@@ -56,6 +56,29 @@ double ShareOf(const Eigen::MatrixXd& design, const Eigen::VectorXd& y) {
   return (VarianceLeft(design.leftCols(2), centred) - VarianceLeft(design, centred)) / all;
 }
 
+double QuantileOf(std::vector<double> values, double quantile) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<size_t>(quantile * static_cast<double>(values.size() - 1))];
+}
+
+// Returns whether `share` exceeds the shares of 97.5 % of permutations of `y` among the trials
+// where the field is varied: replicates draw trials twice, which many choices explain too well.
+bool ExceedsChance(double share, const Eigen::MatrixXd& design, Eigen::VectorXd y, Rng& rng) {
+  std::vector<Eigen::Index> varied;
+  for (Eigen::Index i = 0; i < design.rows(); ++i) {
+    if (design(i, 1) == 0) varied.push_back(i);
+  }
+  std::vector<double> shares;
+  for (int permutation = 0; permutation < kReplicates; ++permutation) {
+    for (size_t i = varied.size(); i-- > 1;) {
+      std::swap(y(varied[i]),
+                y(varied[static_cast<size_t>(rng.UniformInt(0, static_cast<int>(i)))]));
+    }
+    shares.push_back(ShareOf(design, y));
+  }
+  return share > QuantileOf(std::move(shares), 1 - kTail);
+}
+
 v1::SearchFigure IntervalOf(const Eigen::MatrixXd& design, const Eigen::VectorXd& y) {
   v1::SearchFigure figure;
   const double share = ShareOf(design, y);
@@ -78,12 +101,9 @@ v1::SearchFigure IntervalOf(const Eigen::MatrixXd& design, const Eigen::VectorXd
   figure.set_value(std::clamp(share, 0.0, 1.0));
   figure.set_low(0);
   if (shares.size() < kReplicates / 2) return figure;
-  std::sort(shares.begin(), shares.end());
-  const auto at = [&](double quantile) {
-    return shares[static_cast<size_t>(quantile * static_cast<double>(shares.size() - 1))];
-  };
-  figure.set_low(std::min(figure.value(), at(kTail)));
-  figure.set_high(std::max(figure.value(), at(1 - kTail)));
+  figure.set_high(std::max(figure.value(), QuantileOf(shares, 1 - kTail)));
+  const double low = std::min(figure.value(), QuantileOf(shares, kTail));
+  if (low > 0 && ExceedsChance(share, design, y, rng)) figure.set_low(low);
   return figure;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -21,8 +22,10 @@ class Store;
 struct TrialScore {
   std::string variant;
   v1::SearchFigure objective;
-  v1::SearchFigure difference;   // From the default's; below 0 is better.
-  std::string verdict;           // "better", "worse" or "not significant" than the default.
+  v1::SearchFigure difference;  // From the default's; below 0 is better.
+  std::string verdict;          // "better", "worse" or "not significant" than the default.
+  // Difference of the mean log error in octaves, where the verdict is by it.
+  std::optional<v1::SearchFigure> log_difference;
   bool worse_than_best = false;  // Significantly worse than the variant with the least objective.
   double core_s_per_pair = 0;
 };

@@ -20,11 +20,14 @@ OrderedJson FigureJson(const v1::SearchFigure& figure) {
 }
 
 OrderedJson ScoreJson(const v1::SearchScore& score) {
-  return {{"rung", score.rung()},
-          {"objective", FigureJson(score.objective())},
-          {"difference", FigureJson(score.difference())},
-          {"verdict", score.verdict()},
-          {"core_s_per_pair", score.core_s_per_pair()}};
+  OrderedJson json = {{"rung", score.rung()},
+                      {"objective", FigureJson(score.objective())},
+                      {"difference", FigureJson(score.difference())},
+                      {"log_difference", nullptr},
+                      {"verdict", score.verdict()},
+                      {"core_s_per_pair", score.core_s_per_pair()}};
+  if (score.has_log_difference()) json["log_difference"] = FigureJson(score.log_difference());
+  return json;
 }
 
 OrderedJson FieldJson(const v1::SearchStatus& search, const v1::SearchField& field) {

@@ -314,10 +314,11 @@ absl::Status AddComparisons(const Collection& collection, const RowKey& key, con
     RETURN_IF_ERROR(CheckLooks(paired));
     const Metric& metric = paired.a[0]->headline;
     const Metric deciding = DecidingMetric(*paired.a[0], options);
-    const bool seeded = HasSeeds(a->second) || HasSeeds(b->second);
+    const bool seeded_a = HasSeeds(a->second), seeded_b = HasSeeds(b->second);
     const auto compare = [&](const Metric& by) {
       return ComparePaired(TableOf(by, paired.a, options.weigh_groups),
-                           TableOf(by, paired.b, options.weigh_groups), seeded, options.bootstrap);
+                           TableOf(by, paired.b, options.weigh_groups), seeded_a || seeded_b,
+                           options.bootstrap);
     };
     if (ImagesOf(*paired.a[0], metric.region).empty()) continue;
     ASSIGN_OR_RETURN(const Comparison shown, compare(metric));
@@ -333,6 +334,7 @@ absl::Status AddComparisons(const Collection& collection, const RowKey& key, con
          .baseline = base.first,
          .baseline_trainer = base.second,
          .pairs = static_cast<int>(ImagesOf(*paired.a[0], metric.region).size()),
+         .of_trainings = seeded_a && seeded_b,
          .difference = shown.difference,
          .decided_by = MetricName(deciding),
          .comparison = comparison});
@@ -363,38 +365,50 @@ std::string InGroups(const TableComparison& one) {
   return fmt::format(" of {} sets", one.comparison.images);
 }
 
-// Says which differences each benchmark could have shown: the median over its comparisons.
+// Says which differences between trainings each benchmark could have shown: those of its median
+// comparison.
 void AddPowerNotes(ResultTable& table) {
   for (const std::string& benchmark : table.benchmarks) {
-    std::vector<double> least;
-    const TableComparison* any = nullptr;
+    std::vector<const TableComparison*> all;
     for (const TableComparison& one : table.comparisons) {
-      if (one.benchmark != benchmark || !one.comparison.least_difference) continue;
-      least.push_back(*one.comparison.least_difference);
-      any = &one;
+      const bool has_power = one.of_trainings && one.comparison.least_difference;
+      if (one.benchmark == benchmark && has_power) all.push_back(&one);
     }
-    if (least.empty()) continue;
-    const auto middle = least.begin() + static_cast<std::ptrdiff_t>(least.size() / 2);
-    std::nth_element(least.begin(), middle, least.end());
+    if (all.empty()) continue;
+    std::stable_sort(all.begin(), all.end(),
+                     [](const TableComparison* a, const TableComparison* b) {
+                       return a->comparison.least_difference < b->comparison.least_difference;
+                     });
+    const TableComparison& middle = *all[(all.size() - 1) / 2];
     table.notes.push_back(fmt::format(
         "{}: with {} seeds and {} pairs{}, differences of {} from {:.2f} are significant 80 of 100 "
         "times.",
-        benchmark, any->comparison.seeds, any->pairs, InGroups(*any), any->decided_by, *middle));
+        benchmark, middle.comparison.seeds, middle.pairs, InGroups(middle), middle.decided_by,
+        *middle.comparison.least_difference));
   }
 }
 
-// "real: intervals draw its 8 sets (1 to 16 pairs each), because pairs of one set are not
-// independent."
+// Returns the number of pairs that belong to no set.
+int SinglePairsOf(const TableCell& cell) {
+  int pairs = cell.headline.pairs;
+  for (const auto& [group, figures] : cell.groups) pairs -= figures.headline.pairs;
+  return pairs;
+}
+
+// "real: intervals draw its 8 sets (1 to 16 pairs each) and 2 single pairs, because pairs of one
+// set are not independent."
 std::string GroupsNote(const std::string& benchmark, const TableCell& cell, bool weigh_groups) {
   int fewest = cell.headline.pairs, most = 0;
   for (const auto& [group, figures] : cell.groups) {
     fewest = std::min(fewest, figures.headline.pairs);
     most = std::max(most, figures.headline.pairs);
   }
-  const std::string sets =
+  const int singles = SinglePairsOf(cell), units = static_cast<int>(cell.groups.size()) + singles;
+  std::string sets =
       fmt::format("{} sets ({} pairs each)", cell.groups.size(),
                   fewest == most ? std::to_string(most) : fmt::format("{} to {}", fewest, most));
-  const bool few = static_cast<int>(cell.groups.size()) < kFewestGroups;
+  if (singles > 0) sets += fmt::format(" and {} single pair{}", singles, singles > 1 ? "s" : "");
+  const bool few = units < kFewestGroups;
   return fmt::format(
       "{}: {}.{}", benchmark,
       few ? "intervals draw pairs, which are not independent: its " + sets + " are too few"
@@ -416,7 +430,7 @@ void AddNotes(const TableOptions& options, ResultTable& table) {
       }
       // A set of one pair each is as good as no set.
       const bool shared =
-          !cell.groups.empty() && static_cast<int>(cell.groups.size()) < cell.headline.pairs;
+          static_cast<int>(cell.groups.size()) < cell.headline.pairs - SinglePairsOf(cell);
       if (shared && told.insert(benchmark + "/groups").second) {
         table.notes.push_back(GroupsNote(benchmark, cell, options.weigh_groups));
       }

@@ -50,9 +50,10 @@ struct TableComparison {
   std::string variant, trainer;
   std::string baseline, baseline_trainer;
   int pairs = 0;
-  Interval difference;     // Difference of the figure shown.
-  std::string decided_by;  // The metric of `comparison`.
-  Comparison comparison;   // Its images are groups of pairs, where intervals draw these.
+  bool of_trainings = false;  // Both rows have seeds.
+  Interval difference;        // Difference of the figure shown.
+  std::string decided_by;     // The metric of `comparison`.
+  Comparison comparison;      // Its images are groups of pairs, where intervals draw these.
 };
 
 // The whole table.

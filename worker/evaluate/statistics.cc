@@ -121,17 +121,16 @@ DifferenceSpread SpreadOf(const std::vector<std::vector<double>>& cells) {
   return out;
 }
 
-// Returns the degrees of freedom of the spread between images: one less than their number, in
-// proportion to how many equal ones are worth as much. Groups of 16 pairs and of one do not say as
-// much of the spread between groups as two of equal size.   Source: Kish, "Survey sampling", 8.2.
-double ImageDegrees(const std::vector<Quotient>& images) {
+// Returns DifferenceSpread::degrees_share: how many equal images are worth as much, over their
+// number. Groups of 16 pairs and of one do not say as much of the spread between groups as two of
+// equal size.   Source: Kish, "Survey sampling", 8.2.
+double DegreesShare(const std::vector<Quotient>& images) {
   double sum = 0, squares = 0;
   for (const Quotient& image : images) {
     sum += image.denominator;
     squares += image.denominator * image.denominator;
   }
-  const auto count = static_cast<double>(images.size());
-  return (count - 1) * sum * sum / (count * squares);
+  return sum * sum / (static_cast<double>(images.size()) * squares);
 }
 
 // Satterthwaite's, of a sum of two estimated variances; infinite without any variance.
@@ -151,13 +150,14 @@ double QuantileFor(double confidence, double degrees) {
 
 // Half the length of the interval around a figure, from the replicates' spread.
 double HalfLength(const std::vector<double>& replicates,
-                  const std::vector<std::vector<double>>& cells, double image_degrees,
+                  const std::vector<std::vector<double>>& cells, double degrees_share,
                   double confidence) {
   const Means means = MeansOf(cells);
   const auto seeds = static_cast<double>(cells.size());
   const auto images = static_cast<double>(cells[0].size());
-  const double degrees = DegreesOfFreedom(Variance(means.seeds) / seeds, seeds,
-                                          Variance(means.images) / images, image_degrees);
+  const double degrees =
+      DegreesOfFreedom(Variance(means.seeds) / seeds, seeds, Variance(means.images) / images,
+                       degrees_share * (images - 1));
   const double deviation = std::sqrt(Variance(replicates));
   // Equal figures differ by the rounding of their sums.
   if (deviation <= kRounding * std::abs(MeanOf(replicates))) return 0;
@@ -173,7 +173,7 @@ DifferenceOfMeans MeansWith(const DifferenceSpread& spread, int seeds, int image
                             double confidence) {
   const double by_seeds = spread.seeds / seeds, by_images = spread.images / images;
   const double rest = spread.rest / (static_cast<double>(seeds) * images);
-  const double image_degrees = spread.image_degrees > 0 ? spread.image_degrees : images - 1;
+  const double image_degrees = spread.degrees_share * (images - 1);
   DifferenceOfMeans means{
       .deviation = std::sqrt(by_seeds + by_images + rest),
       .degrees = DegreesOfFreedom(by_seeds + rest, seeds, by_images + rest, image_degrees)};
@@ -233,7 +233,7 @@ absl::StatusOr<Interval> BootstrapFigure(const FigureTable& table,
   }
   const double value = MeanFigure(table);
   const double half =
-      HalfLength(replicates, Linearised(table), ImageDegrees(table[0]), options.confidence);
+      HalfLength(replicates, Linearised(table), DegreesShare(table[0]), options.confidence);
   // No figure is below 0: all are errors.
   return Interval{.value = value, .low = std::max(0.0, value - half), .high = value + half};
 }
@@ -271,18 +271,17 @@ absl::StatusOr<Comparison> ComparePaired(const FigureTable& a, const FigureTable
     for (size_t i = 0; i < cells[s].size(); ++i) cells[s][i] -= others[s][i];
   }
   const double value = MeanFigure(a) - MeanFigure(b);
-  const double image_degrees = ImageDegrees(a[0]);
-  const double half = HalfLength(replicates, cells, image_degrees, options.confidence);
+  const double degrees_share = DegreesShare(a[0]);
+  const double half = HalfLength(replicates, cells, degrees_share, options.confidence);
   Comparison comparison{.difference = {.value = value, .low = value - half, .high = value + half},
                         .seeds = static_cast<int>(a.size()),
                         .images = static_cast<int>(a[0].size()),
                         .seeds_spread_unknown = seeded && a.size() < 2,
                         .spread = SpreadOf(cells)};
-  comparison.spread.image_degrees = image_degrees;
+  comparison.spread.degrees_share = degrees_share;
   const double model =
       MeansWith(comparison.spread, comparison.seeds, comparison.images, options.confidence).half;
-  const bool weights_differ = image_degrees < 0.99 * (comparison.images - 1);
-  if (weights_differ && model > 0) comparison.spread.widened = half / model;
+  if (degrees_share < 0.99 && model > 0) comparison.spread.widened = half / model;
   if (seeded) {
     comparison.least_difference =
         LeastDifference(comparison.spread, comparison.seeds, comparison.images, options.confidence);

@@ -67,8 +67,8 @@ std::string VerdictName(Verdict verdict);  // "better", "worse", "not significan
 // and one observation a cell.
 struct DifferenceSpread {
   double seeds = 0, images = 0, rest = 0;
-  // Degrees of freedom of the images' spread: less than I - 1 where their weights differ. 0: I - 1.
-  double image_degrees = 0;
+  // Degrees of freedom of the images' spread over I - 1: less than 1 where their weights differ.
+  double degrees_share = 1;
   // Length of intervals over that of the model above: where the images' weights differ, a replicate
   // may lack those that weigh most.
   double widened = 1;

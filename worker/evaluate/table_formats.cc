@@ -255,18 +255,19 @@ std::string Csv(const ResultTable& table) {
   std::string text =
       "variant,trainer,seeds,benchmark,metric,value,low,high,pairs,verdict,benchmark_seeds\n";
   const auto line = [&](const TableRow& row, const std::string& benchmark,
-                        const TableFigure& figure, const std::string& verdict) {
-    text += fmt::format("{},{},{},{},{},{:.6g},{:.6g},{:.6g},{},{},{}\n", CsvField(row.variant),
-                        CsvField(row.trainer), row.seeds, CsvField(benchmark),
-                        CsvField(figure.metric), figure.interval.value, figure.interval.low,
-                        figure.interval.high, figure.pairs, verdict, row.cells.at(benchmark).seeds);
+                        const TableFigure& figure) {
+    const TableComparison* one = FindComparison(table, row, benchmark);
+    const bool decides = one != nullptr && one->decided_by == figure.metric;
+    text += fmt::format(
+        "{},{},{},{},{},{:.6g},{:.6g},{:.6g},{},{},{}\n", CsvField(row.variant),
+        CsvField(row.trainer), row.seeds, CsvField(benchmark), CsvField(figure.metric),
+        figure.interval.value, figure.interval.low, figure.interval.high, figure.pairs,
+        decides ? VerdictName(one->comparison.verdict) : "", row.cells.at(benchmark).seeds);
   };
   for (const TableRow& row : table.rows) {
     for (const auto& [benchmark, cell] : row.cells) {
-      const TableComparison* one = FindComparison(table, row, benchmark);
-      line(row, benchmark, cell.headline,
-           one == nullptr ? "" : VerdictName(one->comparison.verdict));
-      for (const TableFigure& figure : cell.others) line(row, benchmark, figure, "");
+      line(row, benchmark, cell.headline);
+      for (const TableFigure& figure : cell.others) line(row, benchmark, figure);
     }
   }
   return text;

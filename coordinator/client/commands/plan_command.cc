@@ -1,6 +1,7 @@
 // plan: what a study will take, before it is submitted.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <istream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -57,7 +58,7 @@ struct Power {
 };
 
 Power PowerOfStudy(const v1::StudySpec& study, const BenchmarkSizes& own,
-                   const std::map<std::string, DifferenceSpread>& spreads) {
+                   const MeasuredSpreads& spreads) {
   const int more_seeds = std::max(study.train().seeds() + 1, study.train().seeds() * 3 / 2);
   return {PowerOf(study, own, spreads), PowerOf(study, own, spreads, more_seeds), more_seeds};
 }
@@ -66,7 +67,7 @@ Json PowerJson(const BenchmarkPower& power, int seeds) {
   return {{"benchmark", power.benchmark},
           {"pairs", power.pairs},
           {"seeds", seeds},
-          {"metric", "bad-2"},
+          {"metric", power.metric},
           {"least_difference", power.least_difference},
           {"measured_here", power.measured_here}};
 }
@@ -117,10 +118,20 @@ void PrintTraining(const v1::StudySpec& study, const TrainingPlan& plan, const T
   }
 }
 
-// The spread of logs, by which verdicts may be, has not been measured.
-void PrintDecides(const v1::StudySpec& study, const Terminal& out) {
-  if (study.evaluate().decides() != "log") return;
-  *out.stream << "Verdicts are by log; these differences are those that bad-2 would tell\n";
+// The project has not measured the spread of logs, by which verdicts may be.
+void PrintDecides(const v1::StudySpec& study, const std::vector<BenchmarkPower>& powers,
+                  const Terminal& out) {
+  const bool all_measured = std::all_of(
+      powers.begin(), powers.end(), [](const BenchmarkPower& one) { return one.measured_here; });
+  if (study.evaluate().decides() != "log" || all_measured) return;
+  *out.stream << "Verdicts are by log; differences of bad-2 are those that it would tell\n";
+}
+
+// "6.2 points"
+std::string LeastText(const BenchmarkPower& power) {
+  const bool percent = power.metric.starts_with("bad-") || power.metric.starts_with("d1");
+  const char* unit = percent ? "points" : power.metric.starts_with("log") ? "octaves" : "px";
+  return fmt::format("{:.{}f} {}", power.least_difference, percent ? 1 : 2, unit);
 }
 
 void PrintPower(const v1::StudySpec& study, const StudyPlan& plan, const Power& power,
@@ -133,17 +144,15 @@ void PrintPower(const v1::StudySpec& study, const StudyPlan& plan, const Power& 
     const BenchmarkPower& more = power.more[i];
     *out.stream << "Significant on " << more.benchmark << " (" << Plural(more.pairs, "pair")
                 << ", 80 of 100 times): ";
-    if (!power.planned.empty()) {
-      *out.stream << fmt::format(
-          "differences of bad-2 from {:.1f} points with {} ({} core-hours), ",
-          power.planned[i].least_difference, Plural(seeds, "seed"), hours(seeds));
-    } else {
-      *out.stream << "no difference with one seed, ";
-    }
-    *out.stream << fmt::format("{:.1f} with {} ({})\n", more.least_difference, power.more_seeds,
+    *out.stream << (power.planned.empty()
+                        ? "no difference with one seed, "
+                        : fmt::format("differences of {} from {} with {} ({} core-hours), ",
+                                      more.metric, LeastText(power.planned[i]),
+                                      Plural(seeds, "seed"), hours(seeds)))
+                << fmt::format("{} with {} ({})\n", LeastText(more), power.more_seeds,
                                hours(power.more_seeds));
   }
-  if (!power.more.empty()) PrintDecides(study, out);
+  PrintDecides(study, power.more, out);
 }
 
 void PrintPlan(const v1::StudySpec& study, const StudyPlan& plan, const Power& power, int cores,
@@ -216,28 +225,26 @@ Json SearchPowersJson(const std::vector<SearchPower>& powers) {
 
 void PrintSearchPowers(const v1::StudySpec& study, const std::vector<SearchPower>& powers,
                        const Terminal& out) {
-  bool any = false;
+  std::vector<BenchmarkPower> all;
   for (const SearchPower& one : powers) {
     if (one.seeds < 2) {
       *out.stream << "Significant in " << one.part << ": no difference with one seed\n";
     }
     for (const BenchmarkPower& power : one.benchmarks) {
-      any = true;
+      all.push_back(power);
       *out.stream << fmt::format(
-          "Significant on {} ({}, 80 of 100 times) in {}: differences of bad-2 from {:.1f} points "
-          "with {}\n",
-          power.benchmark, Plural(power.pairs, "pair"), one.part, power.least_difference,
+          "Significant on {} ({}, 80 of 100 times) in {}: differences of {} from {} with {}\n",
+          power.benchmark, Plural(power.pairs, "pair"), one.part, power.metric, LeastText(power),
           Plural(one.seeds, "seed"));
     }
   }
-  if (any) PrintDecides(study, out);
+  PrintDecides(study, all, out);
 }
 
 // Prices the rungs of a search, and says which differences its last rung and its confirmation can
 // show.
 absl::StatusOr<ExitCode> PlanSearch(const v1::StudySpec& study, const PlanOptions& options,
-                                    double factor,
-                                    const std::map<std::string, DifferenceSpread>& spreads,
+                                    double factor, const MeasuredSpreads& spreads,
                                     Session& session) {
   ASSIGN_OR_RETURN(const BenchmarkSizes own, SizesOfOwnBenchmarks(study));
   ASSIGN_OR_RETURN(const SearchCosts costs, CostsOfSearch(study, factor, own));
@@ -279,7 +286,7 @@ absl::StatusOr<ExitCode> Plan(const PlanOptions& options, Session& session) {
     study.set_name(stream.name());
   }
   double factor = 1;
-  std::map<std::string, DifferenceSpread> spreads;
+  MeasuredSpreads spreads;
   if (!options.from.empty()) {
     ASSIGN_OR_RETURN(factor, ReadMeasuredFactor(options.from));
     ASSIGN_OR_RETURN(spreads, ReadSpreads(options.from, study));

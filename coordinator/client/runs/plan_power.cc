@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include "common/config/content_folders.h"
 #include "common/config/training_plan.h"
 #include "common/image/jpeg.h"
 #include "coordinator/client/content/study_options.h"
+#include "coordinator/client/views/table_options.h"
+#include "worker/evaluate/evaluation.h"
 #include "worker/evaluate/own_benchmark.h"
-#include "worker/evaluate/score_table.h"
 #include "worker/evaluate/scores.h"
 
 namespace parallax::client {
@@ -35,7 +37,7 @@ DifferenceSpread OfGroups(DifferenceSpread spread, const std::vector<int>& sizes
   const double share = weigh_groups ? inverses / count : count / pairs;
   spread.images *= share;
   spread.rest *= share;
-  if (!weigh_groups) spread.image_degrees = (count - 1) * pairs * pairs / (count * squares);
+  if (!weigh_groups) spread.degrees_share = pairs * pairs / (count * squares);
   return spread;
 }
 
@@ -48,7 +50,8 @@ absl::StatusOr<BenchmarkSizes> SizesOfOwnBenchmarks(const v1::StudySpec& study) 
     std::error_code error;
     if (!std::filesystem::exists(path, error)) continue;
     own.clear_sha256();  // HashContent has compared it.
-    ASSIGN_OR_RETURN(const Benchmark benchmark, OpenOwnBenchmark(own, path));
+    ASSIGN_OR_RETURN(Benchmark whole, OpenOwnBenchmark(own, path));
+    const Benchmark benchmark = Thinned(std::move(whole), study.evaluate().max_pairs());
     if (benchmark.pairs.empty()) continue;
     ASSIGN_OR_RETURN(const ImageRgb8 picture, ReadPictureRgb8(benchmark.pairs[0].left));
     std::vector<std::string> groups;
@@ -63,34 +66,39 @@ absl::StatusOr<BenchmarkSizes> SizesOfOwnBenchmarks(const v1::StudySpec& study) 
   return sizes;
 }
 
-absl::StatusOr<std::map<std::string, DifferenceSpread>> ReadSpreads(const std::string& dir,
-                                                                    const v1::StudySpec& study) {
-  std::map<std::string, DifferenceSpread> spreads;
-  const absl::StatusOr<std::vector<Evaluation>> scores = ReadEvaluations(dir);
+absl::StatusOr<MeasuredSpreads> ReadSpreads(const std::string& dir, const v1::StudySpec& study) {
+  MeasuredSpreads spreads;
+  absl::StatusOr<std::vector<Evaluation>> scores = ReadEvaluations(dir);
   if (absl::IsNotFound(scores.status())) return spreads;
   RETURN_IF_ERROR(scores.status());
-  ASSIGN_OR_RETURN(const ResultTable table,
-                   MakeTable(*scores, {.weigh_groups = study.evaluate().weigh_groups()}));
+  if (study.has_search()) {  // Its error is the mean of pairs' bad-2.
+    for (Evaluation& one : *scores) {
+      one.headline = {.measure = BadAt(2), .region = one.headline.region};
+    }
+  }
+  ASSIGN_OR_RETURN(const ResultTable table, MakeStudyTable(study, *scores));
   std::map<std::string, int> counts;
   for (const TableComparison& one : table.comparisons) {
-    if (!one.comparison.least_difference) continue;
+    if (!one.of_trainings || !one.comparison.least_difference) continue;
+    MeasuredSpread& measured = spreads[one.benchmark];
+    measured.metric = one.decided_by;
+    measured.units = one.comparison.images;
     const int before = counts[one.benchmark]++;
     const auto add = [&](double DifferenceSpread::*part) {
-      double& mean = spreads[one.benchmark].*part;
+      double& mean = measured.spread.*part;
       mean += (one.comparison.spread.*part - mean) / (before + 1);
     };
     add(&DifferenceSpread::seeds);
     add(&DifferenceSpread::images);
     add(&DifferenceSpread::rest);
-    add(&DifferenceSpread::image_degrees);
+    add(&DifferenceSpread::degrees_share);
     add(&DifferenceSpread::widened);
   }
   return spreads;
 }
 
 std::vector<BenchmarkPower> PowerOf(const v1::StudySpec& study, const BenchmarkSizes& own,
-                                    const std::map<std::string, DifferenceSpread>& spreads,
-                                    int seeds) {
+                                    const MeasuredSpreads& spreads, int seeds) {
   std::vector<BenchmarkPower> powers;
   if (!study.has_evaluate() || TrainingSetsOf(study).size() < 2) return powers;
   const v1::EvaluateSpec& evaluate = study.evaluate();
@@ -100,15 +108,16 @@ std::vector<BenchmarkPower> PowerOf(const v1::StudySpec& study, const BenchmarkS
     const auto found = spreads.find(name);
     const bool measured = found != spreads.end();
     const bool groups = !size.units.empty();
-    const auto units = groups ? std::min(pairs, static_cast<int64_t>(size.units.size())) : pairs;
+    const auto units = static_cast<int>(groups ? size.units.size() : pairs);
     // The project's own spread is that of pairs; those of scores are of what their table draws.
-    DifferenceSpread spread = kMeasuredSpread;
-    if (groups && pairs == size.pairs)
-      spread = OfGroups(spread, size.units, evaluate.weigh_groups());
-    const std::optional<double> least = LeastDifference(measured ? found->second : spread,
-                                                        seeds > 0 ? seeds : study.train().seeds(),
-                                                        static_cast<int>(units), kConfidence);
-    if (least) powers.push_back({name, pairs, *least, measured});
+    DifferenceSpread spread = measured ? found->second.spread : kMeasuredSpread;
+    if (!measured && groups) spread = OfGroups(spread, size.units, evaluate.weigh_groups());
+    if (measured && found->second.units != units) spread.widened = 1;
+    const std::optional<double> least =
+        LeastDifference(spread, seeds > 0 ? seeds : study.train().seeds(), units, kConfidence);
+    if (least) {
+      powers.push_back({name, pairs, measured ? found->second.metric : "bad-2", *least, measured});
+    }
   };
   for (const std::string& name : evaluate.benchmarks()) add(name, SizeOfBenchmark(name));
   for (const auto& [name, size] : own) add(name, size);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 
 #include "coordinator/client/scores/page_table.h"
 #include "coordinator/queue/job_queue.h"
@@ -94,6 +95,7 @@ v1::SearchFigure FigureFrom(const Interval& interval, double points) {
 // Returns the difference a - b with what is known of it. Few seeds tell nothing.
 struct Told {
   v1::SearchFigure difference;
+  std::optional<v1::SearchFigure> log_difference;  // In octaves, where the verdict is by it.
   Verdict verdict = Verdict::kNotSignificant;
 };
 absl::StatusOr<Told> Tell(const FigureTable& a, const FigureTable& b, double points) {
@@ -145,12 +147,14 @@ absl::StatusOr<std::vector<TrialScore>> TrialScoresOf(const std::vector<Evaluati
     ASSIGN_OR_RETURN(Told told, Tell(tables[a], tables[b], points_of(a) - points_of(b)));
     if (!query.decide_by_log) return told;
     ASSIGN_OR_RETURN(const Told by_log, Tell(of_logs[a], of_logs[b], 0));
+    told.log_difference = by_log.difference;
     told.verdict = by_log.verdict;
     return told;
   };
   for (TrialScore& score : scores) {
     ASSIGN_OR_RETURN(Told told, compare(score.variant, kDefaultTrial));
     score.difference = std::move(told.difference);
+    score.log_difference = std::move(told.log_difference);
     score.verdict = VerdictName(told.verdict);
     if (score.variant == best) continue;
     ASSIGN_OR_RETURN(told, compare(score.variant, best));

@@ -94,9 +94,10 @@ absl::StatusOr<SearchCosts> CostsOfSearch(const v1::StudySpec& search, double fa
   return costs;
 }
 
-absl::StatusOr<std::vector<SearchPower>> PowersOfSearch(
-    const v1::StudySpec& search, const SearchCosts& costs, const BenchmarkSizes& own,
-    const std::map<std::string, DifferenceSpread>& spreads) {
+absl::StatusOr<std::vector<SearchPower>> PowersOfSearch(const v1::StudySpec& search,
+                                                        const SearchCosts& costs,
+                                                        const BenchmarkSizes& own,
+                                                        const MeasuredSpreads& spreads) {
   // Seeds and benchmarks decide, so a second trial with the default's values stands for any.
   v1::SearchTrial other;
   other.set_number(1);

@@ -49,9 +49,10 @@ struct SearchPower {
 
 // Returns the power of the last rung that begins within core_hours, and of the confirmation.
 // Errors: those of RungStudy.
-absl::StatusOr<std::vector<SearchPower>> PowersOfSearch(
-    const v1::StudySpec& search, const SearchCosts& costs, const BenchmarkSizes& own,
-    const std::map<std::string, DifferenceSpread>& spreads);
+absl::StatusOr<std::vector<SearchPower>> PowersOfSearch(const v1::StudySpec& search,
+                                                        const SearchCosts& costs,
+                                                        const BenchmarkSizes& own,
+                                                        const MeasuredSpreads& spreads);
 
 // Prints a table of the rungs, and a line that sums them up.
 void PrintSearchCosts(const v1::StudySpec& search, const SearchCosts& costs, const Terminal& out);

@@ -40,11 +40,20 @@ std::string RecipeText(const v1::SearchTrial& trial, const v1::SearchSpec& searc
   return fmt::format("{}", fmt::join(words, ", "));
 }
 
+// " by log -0.12 [-0.20, -0.04]", in octaves; empty unless the verdict is by it.
+std::string ByLogText(const v1::SearchScore& score) {
+  if (!score.has_log_difference()) return "";
+  const v1::SearchFigure& octaves = score.log_difference();
+  return fmt::format(" by log {:+.2f} [{:+.2f}, {:+.2f}]", octaves.value(), octaves.low(),
+                     octaves.high());
+}
+
 std::string DifferenceText(const v1::SearchScore& score) {
   const double points = score.difference().value();
-  return fmt::format("{} points {} the default's [{:+.1f}, {:+.1f}]", Percent(std::abs(points)),
+  return fmt::format("{} points {} the default's [{:+.1f}, {:+.1f}]{}{}", Percent(std::abs(points)),
                      points <= 0 ? "below" : "above", score.difference().low(),
-                     score.difference().high());
+                     score.difference().high(), score.has_log_difference() ? "," : "",
+                     ByLogText(score));
 }
 
 void AddTrials(const v1::SearchStatus& search, const Terminal& terminal,
@@ -75,7 +84,9 @@ void AddTrials(const v1::SearchStatus& search, const Terminal& terminal,
       cells.insert(cells.end(),
                    {fmt::format("{}", score->rung() + 1), FigureText(score->objective()),
                     is_default ? "-" : FigureText(score->difference(), true),
-                    is_default ? "" : terminal.Paint(ToneOf(score->verdict()), score->verdict()),
+                    is_default ? ""
+                               : terminal.Paint(ToneOf(score->verdict()), score->verdict()) +
+                                     ByLogText(*score),
                     FormatNumber(score->core_s_per_pair()), trial->ended()});
     }
     table.AddRow(std::move(cells));
@@ -117,7 +128,7 @@ void AddBest(const v1::SearchStatus& search, const Terminal& terminal,
   const v1::SearchTrial* const best = BestTrial(search);
   if (best == nullptr || best->scores().empty()) return;
   if (best->number() == 0) {
-    lines.push_back("Best: the default; no trial's error is less");
+    lines.push_back("Best: the default; no trial is better");
   } else {
     lines.push_back(fmt::format("Best: trial {}: {}", best->number(),
                                 RecipeText(*best, search.study().search())));

@@ -90,7 +90,7 @@ absl::StatusOr<Json> MeasureJson(const Measure& measure, std::vector<Evaluation>
   for (const TableComparison& one : table.comparisons) {
     const std::optional<double> then = LeastDifference(
         one.comparison.spread, seeds, one.comparison.images, arguments.table.bootstrap.confidence);
-    if (!then || !one.comparison.least_difference) continue;
+    if (!then || !one.of_trainings || !one.comparison.least_difference) continue;
     json["units"] = one.comparison.images;
     json["comparisons"].push_back(ComparisonJson(one, *then));
     least.push_back(*then);

@@ -80,6 +80,22 @@ TEST(EndRung, TrialsThatMakeNoPairsEndAndOthersMustHaveScores) {
   EXPECT_THAT(Numbers(record), ElementsAre(0, 1));
 }
 
+TEST(EndRung, ATrialThatIsSignificantlyWorseIsNotTheBestHoweverSmallItsError) {
+  v1::SearchRecord record = RecordOf(2);  // Its verdicts may be by another figure than its error.
+  ASSERT_TRUE(
+      EndRung({Scored(0, 3), Scored(1, 1, "worse"), Scored(2, 2, "worse")}, {}, record).ok());
+  EXPECT_EQ(BestOf(record), 0);
+}
+
+TEST(EndRung, TheRecordKeepsTheIntervalThatDecides) {
+  v1::SearchRecord record = RecordOf(1);
+  TrialScore by_log = Scored(1, 1, "better");
+  by_log.log_difference.emplace().set_value(-0.5);
+  ASSERT_TRUE(EndRung({Scored(0, 3), by_log}, {}, record).ok());
+  EXPECT_EQ(record.trials(1).scores(0).log_difference().value(), -0.5);
+  EXPECT_FALSE(record.trials(0).scores(0).has_log_difference());
+}
+
 TEST(EndRung, EqualTrialsGoOnInTheirOrder) {
   v1::SearchRecord record = RecordOf(4, /*keep_one_of=*/4);
   ASSERT_TRUE(

@@ -61,6 +61,7 @@ TEST(Importances, APlantedEffectIsRankedFirst) {
       ASSERT_EQ(importances.size(), 6u);
       EXPECT_EQ(importances[0].path(), one.path) << "seed " << seed;
       EXPECT_GT(importances[0].share().value(), 0.6);
+      EXPECT_GT(importances[0].share().low(), 0);
       EXPECT_LE(importances[0].share().low(), importances[0].share().value());
       EXPECT_GE(importances[0].share().high(), importances[0].share().value());
       EXPECT_LT(importances[1].share().value(), 0.4);
@@ -91,6 +92,22 @@ TEST(Importances, SettingsWithoutAnyEffectHaveHardlyAShare) {
   }
   EXPECT_LT(sum / all, 0.06);
   EXPECT_LT(firm, all / 40);
+}
+
+TEST(Importances, NoiseIsSeldomSignificantHoweverManyChoicesThereAre) {
+  v1::SearchSpec search;
+  AddChoices(search, "mode", {"a", "b", "c", "d", "e", "f", "g", "h", "i", "j"});
+  constexpr int kSearches = 200;
+  int significant = 0;
+  for (uint64_t seed = 1; seed <= kSearches; ++seed) {
+    Rng rng(SceneSeed{seed}, "noise");
+    std::vector<Outcome> outcomes;
+    for (const auto& point : SobolPoints(seed, 16, 1)) {
+      outcomes.push_back({ValuesAt(search.space(), point), rng.Normal()});
+    }
+    significant += ImportancesOf(search.space(), outcomes)[0].share().low() > 0;
+  }
+  EXPECT_LE(significant, 0.06 * kSearches);
 }
 
 TEST(Importances, FewTrialsOrEqualObjectivesTellNothing) {

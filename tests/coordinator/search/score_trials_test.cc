@@ -89,6 +89,11 @@ TEST(TrialScores, VerdictsMayBeByTheMeanLogErrorWhileTheObjectiveStays) {
   EXPECT_EQ(shown["trial-001"].verdict, "not significant");
   EXPECT_EQ(by_log["trial-001"].verdict, "better");
   EXPECT_EQ(by_log["trial-002"].verdict, "not significant");
+  ASSERT_TRUE(by_log["trial-001"].log_difference.has_value());
+  // Trapezoids: 30 % of the pixels over half an octave.
+  EXPECT_NEAR(by_log["trial-001"].log_difference->value(), -0.15, 0.02);
+  EXPECT_LT(by_log["trial-001"].log_difference->high(), 0);
+  EXPECT_FALSE(shown["trial-001"].log_difference.has_value());
   for (auto& [name, score] : by_log) {
     EXPECT_EQ(score.objective.value(), shown[name].objective.value()) << name;
     EXPECT_EQ(score.difference.low(), shown[name].difference.low()) << name;

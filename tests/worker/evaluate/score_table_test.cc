@@ -9,6 +9,7 @@
 namespace parallax {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -104,6 +105,10 @@ TEST(Table, TheMeanLogErrorMayDecideWhileTheHeadlineIsShown) {
   EXPECT_THAT(text, HasSubstr("note: Verdicts are by log, "));
   EXPECT_THAT(text, HasSubstr("differences of log all from "));
   EXPECT_THAT(*FormatTable(*shown, "text"), Not(HasSubstr("log all")));
+  // The verdict is on the line of the figure that decides.
+  const std::string csv = *FormatTable(*by_log, "csv");
+  EXPECT_THAT(csv, ContainsRegex("other,builtin,3,real,log all,[^\n]*,better,3\n"));
+  EXPECT_THAT(csv, ContainsRegex("other,builtin,3,real,bad-2 all,[^\n]*,,3\n"));
 }
 
 TEST(Table, OneLookAndTwoAreNotCompared) {
@@ -327,6 +332,49 @@ TEST(Table, ACellTellsItsOwnSeeds) {
   }
   EXPECT_THAT(*FormatTable(*table, "csv"), HasSubstr(",not significant,1\n"));
   EXPECT_THAT(*FormatTable(*table, "markdown"), HasSubstr("| narrow | builtin | 1 | 11.00 ["));
+}
+
+std::string PowerNoteOf(const std::vector<Evaluation>& evaluations) {
+  const auto table = MakeTable(evaluations, {});
+  EXPECT_TRUE(table.ok()) << table.status();
+  for (const std::string& note : table->notes) {
+    if (note.starts_with("eth3d: with ")) return note;
+  }
+  return "";
+}
+
+TEST(Table, TheNoteOnWhatSeedsCanShowIsOfTrainingsAlone) {
+  std::vector<Evaluation> trained = Study();
+  trained.pop_back();  // SGBM.
+  EXPECT_THAT(PowerNoteOf(trained), HasSubstr("differences of bad-2 all from "));
+  EXPECT_EQ(PowerNoteOf(Study()), PowerNoteOf(trained));
+}
+
+TEST(Table, TheNoteOnWhatSeedsCanShowIsOfOneComparison) {
+  std::vector<Evaluation> three = Study();
+  three.pop_back();  // SGBM.
+  std::vector<Evaluation> more = three;
+  for (int64_t seed = 1; seed <= 2; ++seed) {  // It varies much more.
+    const auto s = static_cast<double>(seed);
+    more.push_back(SyntheticEvaluation("eth3d", "wide", seed, {20 * s, 60 - 9 * s, 30 + 4 * s}));
+  }
+  EXPECT_THAT(PowerNoteOf(more), HasSubstr("with 3 seeds"));
+  EXPECT_EQ(PowerNoteOf(more), PowerNoteOf(three));
+}
+
+TEST(Table, PairsOutsideOfSetsAreNamedBesideThem) {
+  std::vector<Evaluation> all = StudyOfSets(3);
+  const auto notes = [&](size_t grouped) {
+    for (Evaluation& evaluation : all) {
+      for (size_t i = grouped; i < 12; ++i) evaluation.images[i].pair_group.clear();
+    }
+    return MakeTable(all, {})->notes;
+  };
+  EXPECT_THAT(notes(6), ::testing::Contains(
+                            "real: intervals draw its 3 sets (2 pairs each) and 6 single pairs, "
+                            "because pairs of one set are not independent."));
+  EXPECT_EQ(MakeTable(all, {})->comparisons[0].comparison.images, 9);
+  EXPECT_THAT(notes(3), Not(::testing::Contains(HasSubstr("independent"))));
 }
 
 TEST(Table, SubsetsAndSingleSeedsAreNoted) {

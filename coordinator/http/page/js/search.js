@@ -5,6 +5,8 @@ import { Card, Empty, Fact, Head, Tag, Waiting, figure, follow, moment } from ".
 
 const points = (x) => `${x > 0 ? "+" : ""}${x.toFixed(1)}`;
 const range = (f, text) => f.low === f.high ? text(f.value) : html`${text(f.value)} <small class="soft">${text(f.low)} to ${text(f.high)}</small>`;
+// A verdict may be by another figure than the error.
+const byLog = (score) => score.log_difference ? html` <small class="soft">by log ${range(score.log_difference, (x) => `${x > 0 ? "+" : ""}${x.toFixed(2)}`)}</small>` : "";
 const percent = (share) => `${Math.round(100 * share)} %`;
 const trialName = (number) => number === 0 ? "default" : `trial ${number}`;
 const verdictTone = (verdict) => verdict === "better" ? "good" : verdict === "worse" ? "bad" : "soft";
@@ -19,7 +21,7 @@ function hours(search) {
 function best(search) {
   if (search.best === null) return html`<span class="soft">none yet</span>`;
   if (search.best === 0) return "the default";
-  return html`${trialName(search.best)} <small class=${verdictTone(search.best_score.verdict)}>${points(search.best_score.difference.value)} points</small>`;
+  return html`${trialName(search.best)} <small class=${verdictTone(search.best_score.verdict)}>${points(search.best_score.difference.value)} points</small>${byLog(search.best_score)}`;
 }
 
 export function Searches({ searches }) {
@@ -49,7 +51,7 @@ function Trials({ search }) {
         ${search.space.map((f) => html`<td key=${f.path} class=${f.choices ? "" : "num"}>${value(f)}</td>`)}
         <td class="num">${score ? score.rung + 1 : "–"}</td><td class="num">${score ? range(score.objective, (x) => x.toFixed(1)) : "–"}</td>
         <td class="num">${score && t.number !== 0 ? range(score.difference, points) : "–"}</td>
-        <td class="verdict ${score ? verdictTone(score.verdict) : ""}">${score && t.number !== 0 ? score.verdict : ""}</td>
+        <td class="verdict ${score ? verdictTone(score.verdict) : ""}">${score && t.number !== 0 ? html`${score.verdict}${byLog(score)}` : ""}</td>
         <td class="num">${score ? figure(score.core_s_per_pair) : "–"}</td><td class="soft">${t.ended}</td></tr>`;
     })}</tbody></table></div>`;
 }
@@ -88,7 +90,7 @@ export function Search({ names: [name] }) {
     </dl>
     ${(search.needs || search.waits_for) && html`<${Card} title=${search.needs ? "Needs a person" : "Now"} id="waits" kind=${search.needs ? "problem" : ""}><p>${waiting(search)}</p><//>`}
     ${search.outcome && html`<${Card} title="Confirmation" id="confirmation"><p><strong class=${search.outcome === "confirmed" ? "good" : "warn"}>${search.outcome === "confirmed" ? "Confirmed" : "Not confirmed"}</strong>
-      ${confirmed ? html` with fresh scenes and trainings: ${range(confirmed.difference, points)} points of error from the default's` : ""}</p><//>`}
+      ${confirmed ? html` with fresh scenes and trainings: ${range(confirmed.difference, points)} points of error from the default's${byLog(confirmed)}` : ""}</p><//>`}
     <${Card} title="Trials" id="trials" side=${html`studies ${search.studies.map((id) => html`<a href="#/study/${id}">#${id}</a> `)}`}><${Trials} search=${search} /><//>
     <${Card} title="Settings, by the share of the error's variance that they explain" id="importances"><${Importances} of=${search.importances} /><//>
     <${Picture} search=${search} />`;

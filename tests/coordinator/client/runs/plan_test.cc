@@ -13,7 +13,10 @@
 #include "common/config/training_plan.h"
 #include "common/image/io.h"
 #include "coordinator/client/runs/plan_power.h"
+#include "tests/coordinator/client/command_test.h"
 #include "tests/folder_test.h"
+#include "tests/worker/evaluate/test_scores.h"
+#include "worker/evaluate/score_table.h"
 #include "worker/render/paths/profiles.h"
 #include "worker/scene/types/indoor/indoor.h"
 #include "worker/scene/types/nature/nature.h"
@@ -129,7 +132,7 @@ TEST(Plan, SaysWhichDifferencesAreSignificant) {
   study.mutable_evaluate()->add_benchmarks("eth3d");
   study.mutable_evaluate()->add_benchmarks("shipped");  // One pair says nothing of others.
   ResolveTraining(&study);
-  const auto powers = PowerOf(study, {{"mine", {30, 640, 480}}}, {{"mine", {1, 1, 1}}});
+  const auto powers = PowerOf(study, {{"mine", {30, 640, 480}}}, {{"mine", {.spread = {1, 1, 1}}}});
   ASSERT_EQ(powers.size(), 2u);
   EXPECT_EQ(powers[0].benchmark, "eth3d");
   EXPECT_EQ(powers[0].pairs, 27);
@@ -158,6 +161,17 @@ TEST(Plan, GroupsOfPairsSayLessThanAsManyPairs) {
   EXPECT_GT(least(unequal, true), least(unequal));  // Pairs that stand alone count most.
 }
 
+TEST(Plan, AFewPairsLessChangeLittle) {
+  v1::StudySpec study = LoadStudy("table1").value();
+  study.mutable_train()->set_seeds(12);
+  study.mutable_evaluate();
+  ResolveTraining(&study);
+  const BenchmarkSizes own = {{"mine", {200, 640, 480, std::vector<int>(8, 25)}}};
+  const double all = PowerOf(study, own, {}).back().least_difference;
+  study.mutable_evaluate()->set_max_pairs(199);
+  EXPECT_NEAR(PowerOf(study, own, {}).back().least_difference, all, 0.02 * all);
+}
+
 TEST(Plan, OwnPairsAreCountedAndPriced) {
   std::string dir = testing::TempDir() + "/plan_own_XXXXXX";
   ASSERT_NE(mkdtemp(dir.data()), nullptr);
@@ -181,6 +195,18 @@ TEST(Plan, OwnPairsAreCountedAndPriced) {
   EXPECT_EQ(sizes->at("yard").width_px, 40);
   EXPECT_GT(PlanStudy(*study, 1, *sizes)->training.evaluate_core_s,
             PlanStudy(*study, 1)->training.evaluate_core_s);
+  // Five of ten pairs in five sets: one of each.
+  std::string list;
+  for (const char* set : {"a", "b", "c", "d", "e"}) {
+    const std::string line = "real/yard/im0.png real/yard/im1.png real/yard/disp0GT.pfm\n";
+    list += "group: " + std::string(set) + "\n" + line + line;
+  }
+  ASSERT_TRUE(WriteFile(dir + "/pairs.txt", list).ok());
+  study->mutable_evaluate()->mutable_own_benchmarks(0)->clear_folder();
+  study->mutable_evaluate()->mutable_own_benchmarks(0)->set_list(dir + "/pairs.txt");
+  EXPECT_EQ(SizesOfOwnBenchmarks(*study)->at("yard").units, std::vector<int>(5, 2));
+  study->mutable_evaluate()->set_max_pairs(5);
+  EXPECT_EQ(SizesOfOwnBenchmarks(*study)->at("yard").units, std::vector<int>(5, 1));
   fs::remove_all(dir);
   EXPECT_TRUE(SizesOfOwnBenchmarks(*study)->empty());
 }
@@ -363,6 +389,96 @@ TEST_F(MeasuredFactorTest, SaysWhenNothingWasMeasured) {
   EXPECT_THAT(std::string(factor.status().message()),
               HasSubstr("does not say what its pairs cost"));
   EXPECT_EQ(ReadMeasuredFactor(dir_ + "/nowhere").status().code(), absl::StatusCode::kNotFound);
+}
+
+// Scores of eth3d of three trainings of three variants, each next one with larger differences.
+std::vector<Evaluation> ScoresOfThreeVariants(const std::vector<std::string>& variants) {
+  std::vector<Evaluation> all;
+  for (int64_t seed = 1; seed <= 3; ++seed) {
+    for (size_t v = 0; v < variants.size(); ++v) {
+      std::vector<double> figures;
+      for (int64_t i = 0; i < 27; ++i) {
+        const auto of_both = static_cast<double>((i * seed + i * i + static_cast<int64_t>(v)) % 5);
+        figures.push_back(10 + static_cast<double>(i % 7) + static_cast<double>(v) * of_both);
+      }
+      all.push_back(SyntheticEvaluation("eth3d", variants[v], seed, figures));
+    }
+  }
+  return all;
+}
+
+class MeasuredSpreadsTest : public MeasuredFactorTest {
+ protected:
+  // Writes score files into a new folder.
+  std::string Write(const std::vector<Evaluation>& evaluations) {
+    const std::string dir = dir_ + "/scores" + std::to_string(++folders_);
+    fs::create_directories(dir);
+    for (size_t i = 0; i < evaluations.size(); ++i) {
+      EXPECT_TRUE(WriteEvaluation(dir + "/" + std::to_string(i) + ".jsonl", evaluations[i]).ok());
+    }
+    return dir;
+  }
+
+  double LeastOf(const std::vector<Evaluation>& evaluations, const std::string& reference = "") {
+    v1::StudySpec study = ParseStudy(kStudy, "s.yaml").value();
+    study.mutable_evaluate()->set_reference(reference);
+    const auto spreads = ReadSpreads(Write(evaluations), study);
+    EXPECT_TRUE(spreads.ok()) << spreads.status();
+    const auto powers = PowerOf(study, {}, *spreads);
+    EXPECT_TRUE(powers.at(0).measured_here);
+    return powers.at(0).least_difference;
+  }
+
+  static constexpr char kStudy[] =
+      "study: s\npairs: 1\nvariants: [{name: a}, {name: b}]\ntrain: {seeds: 3}\n"
+      "evaluate: {benchmarks: [eth3d]}\n";
+
+ private:
+  int folders_ = 0;
+};
+
+TEST_F(MeasuredSpreadsTest, AreOfTrainingsAgainstTheReference) {
+  const std::vector<Evaluation> trained = ScoresOfThreeVariants({"default", "other", "wild"});
+  std::vector<Evaluation> all = trained;
+  all.push_back(trained[2]);
+  all.back().run = {.variant = "sgbm", .trainer = "opencv"};
+  EXPECT_DOUBLE_EQ(LeastOf(all), LeastOf(trained));
+  EXPECT_NEAR(LeastOf(trained, "wild"),
+              LeastOf(ScoresOfThreeVariants({"wild", "other", "default"})), 1e-9);
+}
+
+TEST_F(MeasuredSpreadsTest, StandForOtherNumbersOfPairs) {
+  const auto scores = ScoresOfThreeVariants({"default", "other"});
+  const DifferenceSpread spread = MakeTable(scores, {})->comparisons[0].comparison.spread;
+  v1::StudySpec study = ParseStudy(kStudy, "s.yaml").value();
+  study.mutable_evaluate()->set_max_pairs(5);
+  const auto spreads = ReadSpreads(Write(scores), study);
+  ASSERT_TRUE(spreads.ok()) << spreads.status();
+  EXPECT_DOUBLE_EQ(PowerOf(study, {}, *spreads, 8).at(0).least_difference,
+                   *LeastDifference({spread.seeds, spread.images, spread.rest}, 8, 5, 0.95));
+}
+
+TEST_F(MeasuredSpreadsTest, ThePlanNamesTheFigureOfTheScores) {
+  WriteIndex(R"({"cpu":1})");
+  std::vector<Evaluation> scores = ScoresOfThreeVariants({"default", "other"});
+  for (Evaluation& one : scores) {
+    one.headline = {.measure = BadAt(1), .region = "nocc"};
+    for (Scores& image : one.images) image.regions["nocc"] = image.regions["all"];
+  }
+  Write(scores);
+  const std::string file = dir_ + "/s.yaml";
+  ASSERT_TRUE(WriteFile(file, kStudy).ok());
+  const Outcome json = RunCommand({"plan", file, "--from", dir_, "--json"});
+  ASSERT_EQ(json.exit_code, kExitOk) << json.err;
+  EXPECT_EQ(nlohmann::json::parse(json.out)["power"][0]["metric"], "bad-1 nocc");
+  EXPECT_THAT(RunCommand({"plan", file, "--from", dir_}).out,
+              HasSubstr("differences of bad-1 nocc from "));
+  std::string by_log = kStudy;
+  by_log.insert(by_log.find("}\n", by_log.find("eth3d")), ", decides: log");
+  ASSERT_TRUE(WriteFile(file, by_log).ok());
+  const Outcome log = RunCommand({"plan", file, "--from", dir_});
+  EXPECT_THAT(log.out, HasSubstr("differences of log nocc from ")) << log.err;
+  EXPECT_THAT(log.out, testing::Not(HasSubstr("that it would tell")));
 }
 
 }  // namespace

@@ -254,7 +254,20 @@ TEST_F(SearchCommandTest, TheConfirmationIsSaidEitherWay) {
               HasSubstr("\nNot confirmed with fresh scenes and trainings on middlebury2014-Q: its "
                         "error is 0.5 points above the default's [-0.5, +1.5]\n"));
   searches_.statuses[0].set_best(0);
-  EXPECT_THAT(Run({"camera"}).out, HasSubstr("\nBest: the default; no trial's error is less\n"));
+  EXPECT_THAT(Run({"camera"}).out, HasSubstr("\nBest: the default; no trial is better\n"));
+}
+
+TEST_F(SearchCommandTest, AVerdictByTheLogErrorHasItsOwnInterval) {
+  v1::SearchStatus search = Status();
+  v1::SearchScore& last = *search.mutable_trials(2)->mutable_scores(1);
+  SetFigure(-0.12, 0.05, last.mutable_log_difference());
+  searches_.statuses = {search};
+  const std::string text = Run({"camera"}).out;
+  EXPECT_THAT(text, HasSubstr("better by log -0.12 [-0.17, -0.07]"));
+  EXPECT_THAT(text, HasSubstr("the default's [-3.0, -2.0], by log -0.12 [-0.17, -0.07]\n"));
+  const auto trials = nlohmann::json::parse(Run({"camera", "--json"}).out)["trials"];
+  EXPECT_EQ(trials[2]["scores"][1]["log_difference"]["value"], -0.12);
+  EXPECT_EQ(trials[2]["scores"][0]["log_difference"], nullptr);
 }
 
 TEST_F(SearchCommandTest, JsonHasAllOfIt) {

@@ -105,10 +105,14 @@ void QueueModel::SubmitEnds(const v1::StudySpec& spec, int64_t id) {
     Complain(fmt::format("study {} is {} and was {}", id, spec.name(), known->second.name));
   }
   const auto named = study_of_name_.try_emplace(spec.name(), id).first;
-  if (named->second == 0) named->second = id;  // Its jobs were leased before it was answered.
-  if (named->second != id) {
-    Complain(fmt::format("{} was submitted twice: {} and {}", spec.name(), named->second, id));
+  // 0: its jobs were leased before it was answered. A forgotten study's key is free again.
+  if (named->second != 0 && named->second != id) {
+    const Study& former = studies_[named->second];
+    if (!former.forgotten && !former.in_doubt) {
+      Complain(fmt::format("{} was submitted twice: {} and {}", spec.name(), named->second, id));
+    }
   }
+  named->second = id;
   known->second.name = spec.name();
   known->second.pairs = spec.pairs();
 }

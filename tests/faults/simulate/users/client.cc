@@ -36,14 +36,13 @@ void SimClient::ReplaceLater() {
     if (!world_.has_faults) return;
     Call([this] {
       const auto open = coordinator_.queue().ListStudies(kMostOpen, 0, /*only_unfinished=*/true);
-      // A submission that is repeated after its study was forgotten makes another one.
-      if (!open.ok() || !world_.has_faults || !is_done()) return;
+      if (!open.ok() || !world_.has_faults) return;
       std::erase_if(studies_, [&](int64_t study) {
         const auto is_this = [&](const auto& status) { return status.study_id() == study; };
         return std::none_of(open->begin(), open->end(), is_this) && Forget(study);
       });
       const auto wanted = static_cast<size_t>(world_.knobs.studies);
-      if (studies_.size() < wanted) Submit(StudyOf(submitted_++));
+      if (is_done() && studies_.size() < wanted) Submit(StudyOf(submitted_++));
     });
     ReplaceLater();
   });

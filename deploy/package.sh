@@ -5,9 +5,10 @@
 # and its loader, so that those of the system don't matter (package/launcher.c): the oldest kernel is their only limit.
 #   deploy/package.sh                  build, then package
 #   deploy/package.sh --build DIR      package the programs in DIR/bin as they are
-#   deploy/package.sh --tree DIR       only collect the files of the programs without trainer in DIR
+#   deploy/package.sh --tree DIR       only collect the files of the programs in DIR; --trainer: with the trainer
 #   deploy/package.sh --check          and try them in a bare Debian 11 without network (root, debootstrap)
 set -euo pipefail
+umask 022  # Whatever is packed can be read by all.
 cd "$(dirname "$0")/.."
 readonly SOURCE=$PWD
 readonly PROGRAMS=(parallax coordinator worker)
@@ -25,14 +26,15 @@ readonly WHEEL_TAG=manylinux2014_x86_64.manylinux_2_17_x86_64
 
 readonly BENCHMARKS=${PARALLAX_BENCHMARKS_ROOT:-/opt/parallax/benchmarks}
 
-build='' check='' only_tree='' out=dist
+build='' check='' only_tree='' trainer='' out=dist
 while [ $# -gt 0 ]; do
   case $1 in
     --build) build=$2; shift 2 ;;
     --out) out=$2; shift 2 ;;
     --tree) only_tree=$2; shift 2 ;;
+    --trainer) trainer=yes; shift ;;
     --check) check=yes; shift ;;
-    *) echo "package: unknown option $1; there are --build DIR, --out DIR, --tree DIR and --check" >&2; exit 2 ;;
+    *) echo "package: unknown option $1; there are --build DIR, --out DIR, --tree DIR, --trainer and --check" >&2; exit 2 ;;
   esac
 done
 
@@ -96,6 +98,7 @@ add_shared_files() {
   cp -r deploy/systemd deploy/slurm deploy/batch deploy/kubernetes deploy/dashboards deploy/README.md "$1/share/parallax/"
   cp README.md LICENSE CHANGELOG.md "$1/share/doc/parallax/"
   add_completion "$1/share" "${PROGRAMS[@]}"
+  chmod -R u+w,go-w,a+rX "$1"  # A clone's files may be for its user alone.
 }
 
 # add_completion SHARE PROGRAM...: scripts of the shells and manual pages, from the programs' own tables of options.
@@ -202,7 +205,7 @@ main() {
   [ -e "$BENCHMARKS/shipped/LICENSE" ] || fail "no real pair in $BENCHMARKS; run deploy/setup.sh"
   [ -n "$build" ] || build_programs
   if [ -n "$only_tree" ]; then
-    make_tree "$only_tree" "${PROGRAMS[@]}"
+    make_tree "$only_tree" "${PROGRAMS[@]}" ${trainer:+"${ADDED_PROGRAMS[@]}"}
     add_shared_files "$only_tree"
     check_tree_is_closed "$only_tree"
     describe "programs" "$only_tree"

@@ -6,6 +6,9 @@
 # Idempotent: a second run changes nothing.
 # Run as root or as a user with sudo.
 set -euo pipefail
+umask 022  # Others than root use what is installed.
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
 
 readonly OIDN_VERSION=2.5.1
 readonly OIDN_WHEEL=pyoidn==2.5.1.0
@@ -54,9 +57,7 @@ install_oidn() {
     say "Open Image Denoise $OIDN_VERSION: present in $OIDN_ROOT"; return
   fi
   say "Open Image Denoise $OIDN_VERSION: installing into $OIDN_ROOT"
-  local tmp; tmp=$(mktemp -d)
-  # shellcheck disable=SC2064  # Expands now: tmp is local.
-  trap "rm -rf '$tmp'" EXIT
+  local tmp=$work/oidn; mkdir "$tmp"
   echo "$OIDN_WHEEL --hash=sha256:$OIDN_SHA256" > "$tmp/requirements.txt"
   python3 -m pip download --quiet --disable-pip-version-check --no-deps --require-hashes --only-binary :all: \
     --dest "$tmp" --requirement "$tmp/requirements.txt"
@@ -73,9 +74,7 @@ install_oidn() {
 install_shipped_pair() {
   if [ -e "$SHIPPED_ROOT/LICENSE" ]; then say "real stereo pair: present in $SHIPPED_ROOT"; return; fi
   say "real stereo pair: installing into $SHIPPED_ROOT"
-  local tmp; tmp=$(mktemp -d)
-  # shellcheck disable=SC2064  # Expands now: tmp is local.
-  trap "rm -rf '$tmp'" EXIT
+  local tmp=$work/pair; mkdir "$tmp"
   echo "$SHIPPED_WHEEL --hash=sha256:$SHIPPED_SHA256" > "$tmp/requirements.txt"
   python3 -m pip download --quiet --disable-pip-version-check --no-deps --require-hashes --only-binary :all: \
     --python-version 3.8 --platform manylinux1_x86_64 --dest "$tmp" --requirement "$tmp/requirements.txt"

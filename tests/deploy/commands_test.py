@@ -167,7 +167,7 @@ class Page:
             text = text.replace(name, "localhost")
         text = re.sub(r"\b(localhost|127\.0\.0\.1|0\.0\.0\.0):7070\b",
                       lambda m: f"{m[1].replace('0.0.0.0', '127.0.0.1')}:{self.ports[0]}", text)
-        return text.replace(":7080", f":{self.ports[1]}").replace("/srv/parallax/", "")
+        return text.replace(":7080", f":{self.ports[1]}")
 
     def write(self, fence):
         name = fence.attributes.get("file", "study-of-page.yaml")

@@ -51,6 +51,12 @@ def schema_errors(validate, objects):
                 yield f"{name}: {document['kind']} by {version}: {error.message} at {list(error.path)}"
 
 
+def writable_mounts(pod):
+    volumes = {volume["name"]: volume for volume in pod["volumes"]}
+    return {mount["mountPath"]: volumes[mount["name"]] for mount in pod["containers"][0]["volumeMounts"]
+            if "emptyDir" in volumes[mount["name"]]}
+
+
 def disagreements():
     found = {(document["kind"], document["metadata"]["name"]): document for _, document in documents()}
     workers = found["Deployment", "parallax-worker"]["spec"]["template"]
@@ -85,6 +91,27 @@ def disagreements():
         yield "the ServiceMonitor selects no service"
     if not {end["port"] for end in monitor["endpoints"]} <= {port["name"] for port in service["spec"]["ports"]}:
         yield "the ServiceMonitor scrapes a port that the service does not have"
+    for name, pod in (("the coordinator", found["StatefulSet", "parallax-coordinator"]["spec"]["template"]["spec"]),
+                      ("the worker", workers["spec"])):
+        mounts = writable_mounts(pod)
+        if "/tmp" not in mounts:
+            yield f"{name} can't write to /tmp"
+    cache = arguments[arguments.index("--cache") + 1]
+    # Own content is kept beside the cache.
+    for path in (arguments[arguments.index("--outbox") + 1], cache, cache + "-content"):
+        if not any(path.startswith(mount + "/") for mount in mounts if mounts[mount] == mounts.get("/scratch")):
+            yield f"the worker's {path} is not below the one volume for its files"
+    cached_gib = 2 * int(arguments[arguments.index("--cache-gb") + 1])
+    if int(mounts["/scratch"]["emptyDir"]["sizeLimit"].removesuffix("Gi")) <= cached_gib:
+        yield "the worker's caches fill its volume"
+    keda = yaml.safe_load((FOLDER / "autoscale/kustomization.yaml").read_text())
+    removed = [change for patch in keda["patches"] for change in yaml.safe_load(patch["patch"])]
+    if {"op": "remove", "path": "/spec/replicas"} not in removed:
+        yield "with KEDA, each apply sets the number of workers back"
+    certificates = (FOLDER / "certificates/kustomization.yaml").read_text()
+    given = set(re.findall(r"--from-literal=([a-z.]+)=", certificates)) | {"ca.crt", "tls.crt", "tls.key"}
+    if given != {"ca.crt", "tls.crt", "tls.key", "http.token", "revoked"}:
+        yield f"with cert-manager /tls has {sorted(given)}, which is not what `coordinator serve --tls` reads"
     grace_s = int(arguments[arguments.index("--grace") + 1])
     if grace_s >= workers["spec"]["terminationGracePeriodSeconds"]:
         yield f"workers are killed before their grace of {grace_s} s is over"
@@ -110,6 +137,8 @@ def farm_errors(objects):
     credentials = found["ServiceMonitor", "parallax"]["spec"]["endpoints"][0]["authorization"]["credentials"]
     if credentials["name"] != "coordinator-token":
         yield "the ServiceMonitor takes its token from a secret that has none beside cert-manager's"
+    if "replicas" in found["Deployment", "parallax-worker"]["spec"]:
+        yield "KEDA and the deployment both set the number of workers"
     if "kueue.x-k8s.io/queue-name" not in found["Deployment", "parallax-worker"]["metadata"].get("labels", {}):
         yield "the workers' deployment names no queue of Kueue"
 

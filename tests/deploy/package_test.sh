@@ -7,7 +7,9 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 fail() { echo "$*"; exit 1; }
 
-"$source/deploy/package.sh" --build "$build" --tree "$work/made"
+# Whatever the packer's umask is, others can read what is packed.
+(umask 077; "$source/deploy/package.sh" --build "$build" --tree "$work/made")
+[ -z "$(find "$work/made" ! -perm -o=r)" ] || fail "others can't read: $(find "$work/made" ! -perm -o=r | head -3)"
 tree="$work/else where"
 mv "$work/made" "$tree"
 

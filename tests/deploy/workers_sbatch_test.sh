@@ -51,7 +51,7 @@ start PARALLAX_COORDINATOR=127.0.0.1:7070
 [ "$rc" -eq 4 ] || fail "$case: rc $rc: $(cat "$tmp/out/log")"
 expect --role all
 expect --name slurm-7-0
-expect --outbox "$tmp/home/.local/state/parallax/slurm-7/outbox"
+expect --outbox "$tmp/home/.local/state/parallax/slurm-7-0/outbox"
 expect --threads ""
 expect --memory-mb ""
 if grep -q '^PARALLAX_TLS' "$tmp/out/environment"; then fail "$case: PARALLAX_TLS is set"; fi
@@ -85,11 +85,11 @@ start PARALLAX_COORDINATOR=farm:7070 PARALLAX_TLS=/tls SLURM_ARRAY_JOB_ID=5 SLUR
   PARALLAX_STATE="$tmp/state" SLURM_CPUS_PER_TASK=16 SLURM_MEM_PER_NODE=32768 -- --slots 2
 grep -q '^PARALLAX_TLS=/tls$' "$tmp/out/environment" || fail "$case: PARALLAX_TLS is lost"
 expect --name slurm-7-3
-expect --outbox "$tmp/state/slurm-5/outbox"
+expect --outbox "$tmp/state/slurm-5-3/outbox"
 expect --threads 16
 expect --memory-mb 32768
 expect --slots 2
-[ -d "$tmp/state/slurm-5" ] || fail "$case: no state folder"
+[ -d "$tmp/state/slurm-5-3" ] || fail "$case: no state folder"
 
 # Memory and threads: what Slurm sets, and what the worker must be told.
 while IFS='|' read -r settings threads memory; do

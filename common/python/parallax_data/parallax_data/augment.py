@@ -8,6 +8,7 @@ pictures where it is there, else Pillow.
 """
 
 import dataclasses
+import sys
 from typing import Optional, Tuple
 
 import numpy as np
@@ -42,7 +43,10 @@ class RaftAugment:
     scale           log2 of the smallest and the largest scale
     stretch         log2 of the largest stretch of one axis against the other
     y_jitter        largest vertical shift of the right picture, pixels
-    seed            pairs are drawn from it and a count of calls; workers of a DataLoader need one each (worker_init_fn)
+    seed            pairs are drawn from it and a count of calls; in the workers of a DataLoader from it and their own seeds,
+                    which torch gives anew in each epoch
+
+    Maps of the pair go along. Those whose values change with the picture (flow, layers, raw...) are refused: ValueError.
     """
 
     def __init__(self, size: Tuple[int, int], scale: Tuple[float, float] = (-0.2, 0.4), stretch: float = 0.2,
@@ -51,9 +55,21 @@ class RaftAugment:
             raise ValueError(f"size {size!r}: allowed is (height, width)")
         self.size, self.scale, self.stretch, self.y_jitter = tuple(size), scale, stretch, y_jitter
         self.asymmetric_p, self.erase_p = asymmetric_p, erase_p
+        self.seed, self.worker_seed = seed, None
         self.random = np.random.default_rng(seed)
 
+    def _begin_in_worker(self):
+        data = sys.modules.get("torch.utils.data")
+        info = data.get_worker_info() if data is not None else None
+        if info is not None and info.seed != self.worker_seed:
+            self.worker_seed = info.seed
+            self.random = np.random.default_rng([info.seed, self.seed or 0])
+
     def __call__(self, pair: Pair) -> Pair:
+        for name in pair.maps:
+            if name.startswith(("flow", "layers", "raw")):
+                raise ValueError(f"maps {name!r}: RaftAugment does not change its values, so it can't come with it")
+        self._begin_in_worker()
         left, right = self._colors(pair.left, pair.right)
         if self.random.random() < self.erase_p:
             right = self._erase(right)
@@ -100,7 +116,8 @@ class RaftAugment:
         ratio = np.float32(new[0] / width)
         return dataclasses.replace(
             pair, left=_resize(pair.left, *new), right=_resize(pair.right, *new),
-            disparity=_nearest(pair.disparity, *new) * ratio, valid=_nearest(pair.valid, *new)), room
+            disparity=_nearest(pair.disparity, *new) * ratio, valid=_nearest(pair.valid, *new),
+            maps={name: _nearest(values, *new) for name, values in pair.maps.items()}), room
 
     def _crop(self, pair, room):
         height, width = pair.disparity.shape
@@ -111,4 +128,5 @@ class RaftAugment:
         moved = np.s_[y + shift:y + shift + self.size[0], x:x + self.size[1]]
         cut = np.ascontiguousarray
         return dataclasses.replace(pair, left=cut(pair.left[part]), right=cut(pair.right[moved]),
-                                   disparity=cut(pair.disparity[part]), valid=cut(pair.valid[part]))
+                                   disparity=cut(pair.disparity[part]), valid=cut(pair.valid[part]),
+                                   maps={name: cut(values[part]) for name, values in pair.maps.items()})

@@ -161,7 +161,7 @@ class Frame:
     def camera(self) -> Dict:
         """frame.json: intrinsics, baseline_m, poses, the tables of objects and materials. Seeds are int (files have
         them as strings, because not every reader of JSON keeps 64 bits; older files as numbers)."""
-        camera = json.loads((self.path / "frame.json").read_text())
+        camera = json.loads((self.path / "frame.json").read_text(encoding="utf-8"))
         camera["seeds"] = {name: int(seed) for name, seed in camera.get("seeds", {}).items()}
         for table in ("objects", "materials"):
             for entry in camera.get(table, {}).values():

@@ -8,7 +8,7 @@ import numpy as np
 
 from . import exr, png
 
-with open(Path(__file__).with_name("frame_maps.csv"), newline="") as _table:
+with open(Path(__file__).with_name("frame_maps.csv"), newline="", encoding="utf-8") as _table:
     FRAME_MAPS = list(csv.DictReader(_table))
 
 _READERS = {"rgb8": png.read_rgb, "grey8": png.read_index, "index16": png.read_index, "float_y": exr.read_depth,

@@ -17,7 +17,11 @@ def _missing_or_broken(path):
 
 
 def _read_with_opencv(path, flags):
-    image = cv2.imread(path, flags)
+    try:
+        data = np.fromfile(path, np.uint8)  # imread knows no names beyond the locale's.
+    except OSError:
+        raise _missing_or_broken(path) from None
+    image = cv2.imdecode(data, flags) if data.size > 0 else None
     if image is None:
         raise _missing_or_broken(path)
     return image

@@ -27,11 +27,11 @@ class _Convention:
     def __call__(self, pair):
         left, right, flow, valid = pair.left, pair.right, self.sign * pair.disparity, pair.valid
         if self.augment is not None:
-            # Invalid pixels travel as a disparity that no limit lets pass.
-            marked = np.where(valid, flow, self.sign * np.float32(1e6))
+            # Invalid pixels travel as an infinite disparity: what is mixed with it is not finite either.
+            marked = np.where(valid, flow, self.sign * np.float32(np.inf))
             left, right, both = self.augment(left, right, np.stack([marked, np.zeros_like(marked)], axis=-1))
             disparity = self.sign * both[..., 0]
-            valid = (disparity > 0) & (disparity < 1e5)
+            valid = np.isfinite(disparity) & (disparity > 0)
             flow = np.where(valid, both[..., 0], np.float32(0))
         to_tensor = lambda image: torch.from_numpy(np.ascontiguousarray(image)).permute(2, 0, 1).float()
         path = str(pair.frame.path)

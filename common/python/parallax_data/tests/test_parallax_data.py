@@ -225,6 +225,10 @@ class Torch(unittest.TestCase):
                 np.testing.assert_array_equal(augmented[3][0].numpy()[known], sign * disparity[known])
                 np.testing.assert_array_equal(seen[-1][known][:, 0], sign * disparity[known])
                 self.assertTrue((sign * seen[-1][~known][:, 0] > 1e5).all())
+            # Resizing mixes neighbours.
+            mixes = lambda l, r, f: (l, r, 0.9 * f + 0.1 * np.roll(f, 1, axis=1))
+            mixed = TorchStereoDataset(Path(root) / "archive", augment=mixes)[0]
+            self.assertLessEqual(float(-mixed[3].min()), disparity.max())
             with self.assertRaisesRegex(ValueError, "allowed are -1 and 1"):
                 TorchStereoDataset(Path(root) / "archive", sign=0)
 

@@ -1,8 +1,13 @@
 """Options of the reader: maps, transforms, folders that grow."""
 
+import copy
+import dataclasses
 import shutil
+import sys
 import tempfile
+import types
 import unittest
+import unittest.mock
 from pathlib import Path
 
 import numpy as np
@@ -117,6 +122,27 @@ class Augmented(ExportsCase):
         np.testing.assert_array_equal(first.left, again.left)
         np.testing.assert_array_equal(first.right, again.right)
         self.assertFalse(np.array_equal(first.left, other.left))
+
+    def test_maps_go_along_and_others_are_refused(self):
+        maps = ("depth", "occluded")
+        pair = ParallaxDataset(self.root / "archive", maps=maps, transform=RaftAugment((32, 48), seed=4))[0]
+        camera = pair.frame.camera()
+        constant = np.median(pair.disparity[pair.valid] * pair.maps["depth"][pair.valid])
+        np.testing.assert_allclose(pair.disparity[pair.valid] * pair.maps["depth"][pair.valid], constant, rtol=1e-3)
+        self.assertGreater(constant, camera["baseline_m"])
+        self.assertEqual({values.shape for values in pair.maps.values()}, {(32, 48)})
+        with self.assertRaisesRegex(ValueError, "maps 'layers'"):
+            RaftAugment((32, 48))(dataclasses.replace(pair, maps={"layers": None}))
+
+    def test_workers_and_epochs_of_a_loader_draw_others(self):
+        def draws(seed):
+            loader = types.SimpleNamespace(get_worker_info=lambda: types.SimpleNamespace(seed=seed))
+            with unittest.mock.patch.dict(sys.modules, {"torch.utils.data": loader}):
+                return [copied(self.data[1]).left.tobytes() for copied in (copy.deepcopy(augment),) for _ in range(2)]
+        augment = RaftAugment((32, 48), seed=5)
+        first, again, other = draws(7), draws(7), draws(8)
+        self.assertEqual(first, again)
+        self.assertEqual(len({*first, *other}), 4)
 
     def test_eyes_differ_in_colour_only_where_asked(self):
         pair = self.data[0]

@@ -1,8 +1,6 @@
 // The program `worker`: the agent with the real stages.
 #include <tbb/global_control.h>
 
-#include <filesystem>
-
 #include "common/base/system/memory_end.h"
 #include "worker/agent/worker_program.h"
 #include "worker/jobs/jobs.h"
@@ -23,10 +21,7 @@ int main(int argc, char** argv) {
         parallax::SetFollowLinks(settings.follow_links);
         options->cores =
             std::make_unique<parallax::CoreShare>(settings.cores_dir, settings.threads);
-        options->frame_cache = {settings.cache_dir, settings.cache_bytes};
-        std::string cache = std::filesystem::absolute(settings.cache_dir).lexically_normal();
-        while (cache.size() > 1 && cache.back() == '/') cache.pop_back();
-        options->content_cache = {cache + "-content", settings.cache_bytes};
+        options->SetCaches(settings.cache_dir, settings.cache_bytes);
         parallax::SetContentRoot(options->content_cache.dir);
         options->benchmarks_dir = settings.benchmarks_dir;
         ASSIGN_OR_RETURN(options->trainers, parallax::InstalledTrainers::Load(

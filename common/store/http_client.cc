@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <mutex>
 
@@ -131,7 +132,29 @@ absl::StatusOr<std::string> HttpBody::Sha256Hex() const {
   return HexOf(hash.Finish());
 }
 
-HttpClient::HttpClient() : handles_(std::make_unique<Handles>()) {}
+std::string ChooseCaFile(const std::string& named, const std::vector<std::string>& candidates) {
+  if (!named.empty()) return named;
+  for (const std::string& file : candidates) {
+    if (access(file.c_str(), R_OK) == 0) return file;
+  }
+  return "";
+}
+
+namespace {
+
+// Packages bring Debian's libcurl, whose own path is Debian's and which reads no variable.
+std::string CaFileOfThisSystem() {
+  const char* const named = std::getenv("SSL_CERT_FILE");
+  return ChooseCaFile(named == nullptr ? "" : named,
+                      {"/etc/ssl/certs/ca-certificates.crt",  // Debian, Ubuntu, Arch.
+                       "/etc/pki/tls/certs/ca-bundle.crt",    // RHEL, Rocky, Fedora.
+                       "/etc/ssl/ca-bundle.pem",              // SUSE.
+                       "/etc/ssl/cert.pem"});                 // Alpine.
+}
+
+}  // namespace
+
+HttpClient::HttpClient() : ca_file_(CaFileOfThisSystem()), handles_(std::make_unique<Handles>()) {}
 HttpClient::HttpClient(HttpFarm farm)
     : farm_(std::move(farm)), handles_(std::make_unique<Handles>()) {}
 HttpClient::~HttpClient() = default;
@@ -263,6 +286,7 @@ HttpAnswer HttpClient::Send(const HttpRequest& request, const HttpSigner& signer
   Receiving receiving{&request, &answer};
   SetConnection(curl, request);
   if (is_signed) SetSigner(curl, signer);
+  if (!ca_file_.empty()) curl_easy_setopt(curl, CURLOPT_CAINFO, ca_file_.c_str());
   if (farm_) SetFarm(curl, *farm_);
   SetAnswer(curl, receiving);
   SetMethod(curl, request, sending, headers);

@@ -58,6 +58,10 @@ struct HttpSigner {
   std::string region;
 };
 
+// Chooses the file of the web's certificate authorities: `named` unless it is empty, else the first
+// of `candidates` that exists; "" if none does.
+std::string ChooseCaFile(const std::string& named, const std::vector<std::string>& candidates);
+
 // A server of a farm: it is reached directly, without a proxy, and shows a certificate of the farm.
 struct HttpFarm {
   std::string ca_file;           // The authority; empty: any certificate will do.
@@ -69,7 +73,7 @@ struct HttpFarm {
 // Thread-safe: each thread that sends has a connection of its own.
 class HttpClient {
  public:
-  HttpClient();
+  HttpClient();  // Trusts the authorities of $SSL_CERT_FILE, else those of this system.
   explicit HttpClient(HttpFarm farm);
   ~HttpClient();
   HttpClient(const HttpClient&) = delete;
@@ -81,6 +85,7 @@ class HttpClient {
  private:
   class Handles;
   const std::optional<HttpFarm> farm_;
+  const std::string ca_file_;  // Empty: libcurl's own.
   const std::unique_ptr<Handles> handles_;
 };
 

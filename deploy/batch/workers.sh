@@ -4,7 +4,7 @@
 #
 # PARALLAX_ENGINE, PARALLAX_COORDINATOR, PARALLAX_TLS, PARALLAX_IDLE, PARALLAX_CORES, PARALLAX_MEMORY_MB, PARALLAX_WALL_S,
 # PARALLAX_GRACE, PARALLAX_LONG_GRACE, PARALLAX_ARGUMENTS    by `parallax farm`; an empty one is as an absent one
-# PARALLAX_WORKER       the program (default: worker, on the path)
+# PARALLAX_WORKER       the program, by `parallax farm`; without it, or if it is not here: worker, on the path
 # PARALLAX_STATE        folder on a disk that outlives the job (default: ~/.local/state/parallax)
 #
 # The worker takes this script's place, so each signal reaches it once. SIGUSR1: it takes nothing new and finishes what runs.
@@ -33,4 +33,9 @@ read -ra more <<< "${PARALLAX_ARGUMENTS:-}"
 
 # LSF sends it at the end of the time limit, before SIGTERM.
 trap '' USR2
-exec "${PARALLAX_WORKER:-worker}" "${arguments[@]}" "${more[@]}"
+worker=${PARALLAX_WORKER:-worker}
+if ! command -v "$worker" > /dev/null; then
+  echo "no program $worker here: starts worker" >&2
+  worker=worker
+fi
+exec "$worker" "${arguments[@]}" "${more[@]}"

@@ -97,10 +97,10 @@ def disagreements():
         if "/tmp" not in mounts:
             yield f"{name} can't write to /tmp"
     cache = arguments[arguments.index("--cache") + 1]
-    # Own content is kept beside the cache.
-    for path in (arguments[arguments.index("--outbox") + 1], cache, cache + "-content"):
+    for path in (arguments[arguments.index("--outbox") + 1], cache):
         if not any(path.startswith(mount + "/") for mount in mounts if mounts[mount] == mounts.get("/scratch")):
             yield f"the worker's {path} is not below the one volume for its files"
+    # Pairs and own content.
     cached_gib = 2 * int(arguments[arguments.index("--cache-gb") + 1])
     if int(mounts["/scratch"]["emptyDir"]["sizeLimit"].removesuffix("Gi")) <= cached_gib:
         yield "the worker's caches fill its volume"

@@ -38,6 +38,8 @@ deadline=$(sed 's/.*--deadline \([0-9]*\).*/\1/' "$tmp/out")
 left=$((deadline - $(date +%s)))
 if [ "$left" -gt 600 ] || [ "$left" -lt 540 ]; then fail "the deadline is in $left s"; fi
 expect 4 '--name mine-[a-zA-Z0-9-]+-[0-9]+-0 ' PARALLAX_COORDINATOR=farm:7070 PARALLAX_ENGINE=mine
+# Installed elsewhere than on the machine that submits.
+expect 4 '--name pbs-12-0 ' "${pbs[@]}" PARALLAX_WORKER=/nowhere/worker PATH="$tmp:$PATH"
 
-if [ "$failed" -eq 0 ]; then echo "workers.sh: 6 environments as wanted"; fi
+if [ "$failed" -eq 0 ]; then echo "workers.sh: 7 environments as wanted"; fi
 exit "$failed"

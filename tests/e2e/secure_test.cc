@@ -266,7 +266,7 @@ TEST_F(SecureTest, OwnContentComesThroughTheStoreToWorkersWithoutACopy) {
   // Content that a worker used lies in its cache, and nothing of it anywhere else below.
   int brought = 0;
   for (const char* name : {"a", "b"}) {
-    const std::string cache = dir_ + "/cache-" + name + "-content";
+    const std::string cache = dir_ + "/cache-" + name + "/content";
     std::error_code error;
     for (const auto& folder : fs::directory_iterator(cache, error)) {
       ++brought;

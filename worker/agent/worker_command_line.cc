@@ -156,10 +156,10 @@ void DeclareFolders(CLI::App& app, WorkerCommandLine& line) {
                  "on them, the others wait (default: a folder for this worker's own slots)")
       ->type_name("DIR");
   app.add_option("--cache", line.cache_dir,
-                 "Folder for pairs to train on, where the store is elsewhere\n"
+                 "Folder for pairs to train on and for own content, where the store is elsewhere\n"
                  "(default: $XDG_CACHE_HOME/parallax)")
       ->type_name("DIR");
-  app.add_option("--cache-gb", line.cache_gb, "Its size (default 20)")
+  app.add_option("--cache-gb", line.cache_gb, "Largest size of each of the two (default 20)")
       ->check(CLI::Range(1, 1 << 20));
 }
 

@@ -21,9 +21,9 @@ struct WorkerSettings {
   std::string trainers_dir;                   // Their YAML files; may be empty.
   // Public benchmarks as users download them; may be empty.
   std::string benchmarks_dir;
-  std::string cores_dir;  // Workers with the same folder share cores.
-  std::string cache_dir;  // Keeps files of the store for later use.
-  int64_t cache_bytes = 0;
+  std::string cores_dir;    // Workers with the same folder share cores.
+  std::string cache_dir;    // Keeps pairs and own content for later use.
+  int64_t cache_bytes = 0;  // Of each of the two.
 };
 
 // The exit statuses of the process. They are part of its interface and never renumbered.

@@ -1,6 +1,8 @@
 // The part of a worker's command line that job handlers read.
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -18,6 +20,14 @@ struct JobOptions {
   ContentCacheOptions content_cache;
   InstalledTrainers trainers;
   std::string benchmarks_dir;  // Empty: only what is installed with Parallax.
+
+  // Puts both caches into folders of their own inside of `dir`, which may be a mount and may hold
+  // other files, for instance the user's store. Each may have `bytes`.
+  void SetCaches(const std::string& dir, int64_t bytes) {
+    const std::filesystem::path root = std::filesystem::absolute(dir).lexically_normal();
+    frame_cache = {root / "frames", bytes};
+    content_cache = {root / "content", bytes};
+  }
 };
 
 }  // namespace parallax

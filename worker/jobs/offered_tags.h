@@ -8,8 +8,8 @@
 
 namespace parallax {
 
-// Returns a tag for each allowed trainer, for each benchmark in the worker's folder, and for the
-// trained network that comes with Parallax.
+// Returns a tag for each allowed trainer whose program is here, for each benchmark in the worker's
+// folder, and for the trained network that comes with Parallax.
 std::vector<std::string> AbilityTagsOf(const JobOptions& options);
 
 }  // namespace parallax

@@ -149,7 +149,7 @@ void CheckEngine(const v1::Engine& engine, const std::string&, Findings* finding
   }
   check.Words("environment", engine.environment(),
               {"engine", "coordinator", "tls", "idle_s", "cores", "memory_mb", "wall_s",
-               "arguments", "grace_s", "long_grace_s"},
+               "arguments", "grace_s", "long_grace_s", "worker", "state"},
               false);
 }
 

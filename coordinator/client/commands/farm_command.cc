@@ -4,12 +4,15 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "common/base/status.h"
+#include "common/base/system/installation.h"
 #include "common/config/files/engine_files.h"
+#include "common/rpc/address.h"
 #include "coordinator/client/farm/engine.h"
 #include "coordinator/client/farm/keeper.h"
 #include "coordinator/client/interrupt.h"
@@ -34,6 +37,16 @@ struct FarmOptions {
   bool until_done = false;
   std::string at_end = "leave";
 };
+
+// Pilots start in folders of their own. "" stays so.
+std::string PathForPilots(const std::string& path) {
+  return path.empty() ? path : std::filesystem::absolute(path).lexically_normal().string();
+}
+
+std::string FarmVariable(const char* name) {
+  const char* const value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
 
 // Shortens what a signal leaves, so that the worker has ended before it is killed.
 std::string GraceOf(int seconds) {
@@ -78,6 +91,10 @@ absl::StatusOr<PilotOptions> PilotOptionsOf(const FarmOptions& options, const v1
         "--worker-tls: workers need a certificate of their own (`coordinator init DIR --issue "
         "worker pool` makes DIR/worker-pool)");
   }
+  std::error_code error;
+  if (!options.worker_tls.empty() && !std::filesystem::is_directory(options.worker_tls, error)) {
+    return InvalidArgument("--worker-tls: there is no folder {}", options.worker_tls);
+  }
   const int longest = engine.list().name_length();
   if (longest > 0 && std::ssize(options.job_name) > longest) {
     return InvalidArgument("--name {} is longer than the {} characters that {} shows",
@@ -99,7 +116,10 @@ absl::StatusOr<PilotOptions> PilotOptionsOf(const FarmOptions& options, const v1
   }
   pilots.values = {{"engine", engine.name()},
                    {"coordinator", session.options.coordinator},
-                   {"tls", options.worker_tls},
+                   {"tls", PathForPilots(options.worker_tls)},
+                   // A variable's program may be one that only the pilots' machines have.
+                   {"worker", FindProgram("worker").value_or(FarmVariable("PARALLAX_WORKER"))},
+                   {"state", PathForPilots(FarmVariable("PARALLAX_STATE"))},
                    {"idle_s", std::to_string(options.idle_s)},
                    {"arguments", fmt::format("{}", fmt::join(pilots.worker_arguments, " "))},
                    {"grace_s", GraceOf(engine.signals().term_s())},
@@ -172,6 +192,11 @@ absl::StatusOr<ExitCode> KeepFarm(const FarmOptions& options, Session& session) 
   ASSIGN_OR_RETURN(const v1::Engine file, LoadEngine(options.engine));
   ASSIGN_OR_RETURN(PilotOptions pilots, PilotOptionsOf(options, file, session));
   const BatchEngine engine(file, std::move(pilots));
+  const auto address = ParseRpcAddress(session.options.coordinator);
+  if (address.ok() && address->is_local()) {
+    session.PrintNote("pilots are told the coordinator's address " + session.options.coordinator +
+                      ", which only this machine reaches; name it by --coordinator HOST:PORT");
+  }
   ASSIGN_OR_RETURN(const auto connection, session.Connect());
   FarmKeeper keeper({.limits = options.limits,
                      .worker_prefix = file.name() + "-",

@@ -97,15 +97,20 @@ bool ReaderIsGone() {
   return ::poll(&out, 1, 0) > 0 && (out.revents & POLLERR) != 0;
 }
 
+// A coordinator that stops cancels the calls that wait in it.
+bool IsAway(const absl::Status& status) {
+  return absl::IsUnavailable(status) || absl::IsCancelled(status);
+}
+
 // Repeats `call` while the coordinator is away: one that restarts is back soon. `farm` may be null.
-// Errors: the farm's; those of `call`, kUnavailable after kPatience_s or an interrupt.
+// Errors: the farm's; those of `call`, such as kUnavailable after kPatience_s or an interrupt.
 absl::Status WithPatience(const std::function<absl::Status()>& call, InterruptScope& interrupt,
                           const LocalFarm* farm, const Session& session) {
   std::optional<double> since_s;
   while (true) {
     if (farm != nullptr) RETURN_IF_ERROR(farm->status());
     const absl::Status status = call();
-    if (!absl::IsUnavailable(status) || interrupt.count() > 0) return status;
+    if (!IsAway(status) || interrupt.count() > 0) return status;
     const double now_s = SteadySeconds(*session.environment.clock);
     if (!since_s) session.PrintNote(AwayNote(0));
     since_s = since_s.value_or(now_s);
@@ -158,7 +163,7 @@ absl::StatusOr<ExitCode> WriteTar(const std::string& name, const StreamOptions& 
       if (!reader->is_local()) {
         const absl::Status brought =
             WithPatience([&] { return reader->Bring(pair.frame()); }, interrupt, farm, session);
-        if (absl::IsUnavailable(brought) && interrupt.count() > 0) {
+        if (IsAway(brought) && interrupt.count() > 0) {
           after = pair.position();
           break;
         }

@@ -28,7 +28,8 @@ Need NeedOfTag(const std::string& tag) {
                     network = NetworkTag("");
   if (tag.rfind(trainer, 0) == 0) {
     const std::string name = tag.substr(trainer.size());
-    return {"trainer", "the trainer " + name, "worker --allow-trainers " + name, tag};
+    return {"trainer", "the trainer " + name,
+            "worker --allow-trainers " + name + ", or install its program", tag};
   }
   if (tag.rfind(benchmark, 0) == 0) {
     const std::string name = tag.substr(benchmark.size());

@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -27,6 +28,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 v1::StudyStatus StudyWith(v1::StudyState state, const std::map<std::string, int64_t>& jobs) {
   v1::StudyStatus study;
@@ -345,6 +347,11 @@ TEST_F(FarmCommandTest, DryRunSaysWhatItWouldDoAndDoesNothing) {
   EXPECT_THAT(outcome.out, HasSubstr("sbatch --parsable --job-name=parallax --array=1-2 " +
                                      script_ + " --slots 2"));
   EXPECT_EQ(Read("sbatch.log"), "");
+  EXPECT_THAT(outcome.err, HasSubstr("note: pilots are told the coordinator's address " +
+                                     coordinator_.address() + ", which only this machine"));
+  const Outcome far = RunCommand({"farm", "slurm", "--max", "2", "--script", script_, "--dry-run",
+                                  "--coordinator", "192.0.2.1:7070"});
+  EXPECT_THAT(far.err, Not(HasSubstr("only this machine")));
 }
 
 TEST_F(FarmCommandTest, SubmitsPilotsAndEndsWhenTheWorkIsDone) {
@@ -356,9 +363,9 @@ TEST_F(FarmCommandTest, SubmitsPilotsAndEndsWhenTheWorkIsDone) {
     while (Read("sbatch.log").empty()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     coordinator_.done = true;
   });
-  const Outcome outcome =
-      Run({"farm", "slurm", "--max", "8", "--script", script_, "--until-done", "--interval", "1",
-           "--sbatch=--partition=short", "--idle", "60", "--worker-tls", "/tls"});
+  const Outcome outcome = Run({"farm", "slurm", "--max", "8", "--script", script_, "--until-done",
+                               "--interval", "1", "--sbatch=--partition=short", "--idle", "60",
+                               "--worker-tls", std::filesystem::relative(dir_).string()});
   work.join();
   EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("submitted 2 as array 17"));
@@ -366,7 +373,7 @@ TEST_F(FarmCommandTest, SubmitsPilotsAndEndsWhenTheWorkIsDone) {
   EXPECT_THAT(log, HasSubstr("--parsable --job-name=parallax --array=1-2 --partition=short " +
                              script_ + "\n"));
   EXPECT_THAT(log, HasSubstr("PARALLAX_COORDINATOR=" + coordinator_.address() + "\n"));
-  EXPECT_THAT(log, HasSubstr("PARALLAX_TLS=/tls\n"));
+  EXPECT_THAT(log, HasSubstr("PARALLAX_TLS=" + dir_ + "\n")) << "absolute";
   EXPECT_THAT(log, HasSubstr("PARALLAX_IDLE=60\n"));
 }
 
@@ -405,23 +412,29 @@ TEST_F(FarmCommandTest, PbsSubmitsListsAndCancelsAsItsFileSays) {
       "90",       "--log",    "pilot.log", "--interval",  "1",     "--submit=-qlong",
       "--at-end", "cancel"};
   StopAtSecondLook();
+  setenv("PARALLAX_WORKER", "/nodes/worker", 1);
+  setenv("PARALLAX_STATE", "/nodes/state", 1);
   std::vector<std::string> all = arguments;
   all.insert(all.end(), {"--", "--verbose"});
   all.insert(all.begin() + 1, {"--coordinator", coordinator_.address()});
   const Outcome outcome = RunCommand(all);
+  unsetenv("PARALLAX_WORKER");
+  unsetenv("PARALLAX_STATE");
   EXPECT_EQ(outcome.exit_code, kExitInterrupted) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("1 run, 0 wait, 3 wanted: submitted 2 as 9.head 10.head"));
   const std::string call =
       "-N parallax -j oe -v PARALLAX_ENGINE,PARALLAX_COORDINATOR,PARALLAX_TLS,PARALLAX_IDLE,"
       "PARALLAX_CORES,PARALLAX_MEMORY_MB,PARALLAX_WALL_S,PARALLAX_GRACE,PARALLAX_LONG_GRACE,"
-      "PARALLAX_ARGUMENTS -l ncpus=16 -l mem=32000mb -l walltime=5400 -o pilot.log -qlong " +
+      "PARALLAX_ARGUMENTS,PARALLAX_WORKER,PARALLAX_STATE -l ncpus=16 -l mem=32000mb -l "
+      "walltime=5400 -o pilot.log -qlong " +
       script_ + "\n";
   EXPECT_EQ(Read("qsub.log"), call + call);
   EXPECT_EQ(Read("env.log"),
             "PARALLAX_ARGUMENTS=--verbose\nPARALLAX_COORDINATOR=" + coordinator_.address() +
                 "\nPARALLAX_CORES=16\nPARALLAX_ENGINE=pbs\nPARALLAX_GRACE=7\n"
                 "PARALLAX_IDLE=300\nPARALLAX_LONG_GRACE=\n"
-                "PARALLAX_MEMORY_MB=32000\nPARALLAX_TLS=\nPARALLAX_WALL_S=5400\n");
+                "PARALLAX_MEMORY_MB=32000\nPARALLAX_STATE=/nodes/state\nPARALLAX_TLS=\n"
+                "PARALLAX_WALL_S=5400\nPARALLAX_WORKER=/nodes/worker\n");
   EXPECT_EQ(Read("qdel.log"), "7.head 9.head 10.head\n");
 }
 
@@ -490,6 +503,9 @@ TEST_F(FarmCommandTest, ErrorsNameWhatIsMissing) {
       {{"--max", "2", "--script", dir_ + "/none"}, kExitUsage, "--script: there is no file"},
       {{"--max", "2", "--min", "3", "--script", script_}, kExitUsage, "--min 3 is more than"},
       {{"--max", "2", "--script", script_, "--tls", "/mine"}, kExitUsage, "--worker-tls"},
+      {{"--max", "2", "--script", script_, "--worker-tls", "/nowhere/tls"},
+       kExitUsage,
+       "--worker-tls: there is no folder /nowhere/tls"},
       {{"--script", script_}, kExitUsage, "--max"},
   };
   for (const auto& c : cases) {

@@ -203,6 +203,23 @@ TEST_F(PartOfABenchmarkTest, AWorkerTellsItsTrainersAndBenchmarksByTags) {
   unsetenv("PARALLAX_NETWORK");
 }
 
+TEST_F(EvaluateJobTest, ATrainerWhoseProgramIsMissingIsNotOffered) {
+  setenv("PARALLAX_NETWORK", "/nowhere/network.pt", 1);
+  std::ofstream(dir_ + "/trainers/exported.yaml")
+      << "trainer: exported\nlayout: archive\ntrain: [./train, '{seed}']\nprogress: json\n"
+         "leaves: {final: last.onnx}\npredict: onnx\n";
+  auto trainers = InstalledTrainers::Load({"builtin", "exported", "script"}, dir_ + "/trainers");
+  ASSERT_TRUE(trainers.ok()) << trainers.status();
+  options_->trainers = *std::move(trainers);
+  setenv("PARALLAX_TRAINER", TRAINER, 1);
+  EXPECT_THAT(AbilityTagsOf(*options_),
+              ElementsAre("trainer:builtin", "trainer:exported", "trainer:script"));
+  setenv("PARALLAX_TRAINER", "/nowhere/trainer", 1);
+  EXPECT_THAT(AbilityTagsOf(*options_), ElementsAre("trainer:script"));
+  unsetenv("PARALLAX_TRAINER");
+  unsetenv("PARALLAX_NETWORK");
+}
+
 TEST_F(EvaluateJobTest, NoJobReadsPathsOfThisMachine) {
   v1::EvaluateJob job = JobOnHeldout();
   for (const char* name : {"folder:/etc", "list:/etc/passwd", "x=archive:/tmp", "../kitti2015"}) {

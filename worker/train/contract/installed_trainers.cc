@@ -83,6 +83,14 @@ std::vector<std::string> InstalledTrainers::Names() const {
   return names;
 }
 
+absl::Status CheckOwnProgram(const TrainerContract& contract) {
+  for (const auto* command : {&contract.train, &contract.predict}) {
+    if (command->empty() || command->front() != kOwnProgram) continue;
+    RETURN_IF_ERROR(FindProgram(kOwnProgram).status());
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<std::vector<std::string>> CommandToRun(const std::vector<std::string>& command,
                                                       const CommandValues& values) {
   ASSIGN_OR_RETURN(std::vector<std::string> words, ExpandCommand(command, values));

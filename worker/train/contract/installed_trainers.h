@@ -36,6 +36,10 @@ class InstalledTrainers {
   std::map<std::string, InstalledTrainer> trainers_;
 };
 
+// Checks that our own program `trainer` is there, if it trains or predicts for this trainer.
+// Errors: those of FindProgram.
+absl::Status CheckOwnProgram(const TrainerContract& contract);
+
 // Returns the command as it is run: every {name} is replaced by its value, and a first word
 // "trainer" by the path of our own program, $PARALLAX_TRAINER or the one beside this program.
 // Errors: as ExpandCommand; kNotFound if that program isn't there.

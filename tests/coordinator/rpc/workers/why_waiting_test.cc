@@ -57,14 +57,14 @@ std::vector<WaitingRow> WaitingRows() {
        {Free({"train"}, {"trainer:builtin"})},
        "trainer",
        "no connected worker for train jobs has the trainer raftstereo (worker --allow-trainers "
-       "raftstereo)"},
+       "raftstereo, or install its program)"},
       {"no trainer, all busy",
        train,
        {},
        {Busy({"train", "render"}), many},
        "trainer",
        "no connected worker for train jobs has the trainer raftstereo (worker --allow-trainers "
-       "raftstereo)"},
+       "raftstereo, or install its program)"},
       {"no network",
        Jobs("train", {"network:12ab"}),
        {},
@@ -78,7 +78,7 @@ std::vector<WaitingRow> WaitingRows() {
        {Free({"render"}, {"trainer:raftstereo"}), Free({"train"})},
        "trainer",
        "no connected worker for train jobs has the trainer raftstereo (worker --allow-trainers "
-       "raftstereo)"},
+       "raftstereo, or install its program)"},
       {"no benchmark",
        Jobs("evaluate", {"benchmark:eth3d"}),
        {},
@@ -110,7 +110,8 @@ std::vector<WaitingRow> WaitingRows() {
        {},
        {Busy({"train"})},
        "trainer",
-       "no connected worker for train jobs has the trainer a (worker --allow-trainers a)"},
+       "no connected worker for train jobs has the trainer a (worker --allow-trainers a, or "
+       "install its program)"},
       {"each need somewhere, nowhere together",
        Jobs("train", {"big", "trainer:a"}, 4000),
        {},
@@ -136,7 +137,7 @@ std::vector<WaitingRow> WaitingRows() {
        {Free({"train"})},
        "trainer",
        "no connected worker for train jobs has the trainer raftstereo (worker --allow-trainers "
-       "raftstereo)"},
+       "raftstereo, or install its program)"},
       {"drained",
        Jobs("render"),
        {},

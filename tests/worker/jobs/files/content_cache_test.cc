@@ -15,6 +15,7 @@
 #include "common/store/store.h"
 #include "tests/folder_test.h"
 #include "tests/worker/jobs/job_fixture.h"
+#include "worker/jobs/job_options.h"
 #include "worker/materials/pictures/user_picture.h"
 
 namespace parallax {
@@ -147,6 +148,22 @@ TEST_F(ContentCacheTest, TheOldestGivesWayAndWhatIsTooLargeIsRefused) {
   ASSERT_TRUE(Bring("mine/third", 30).ok());
   EXPECT_FALSE(fs::exists(first));
   EXPECT_TRUE(fs::exists(recent));
+}
+
+// The default folder of a worker's cache also holds the user's shared store.
+TEST_F(ContentCacheTest, CachesLieInsideOfTheirFolderAndLeaveTheRestOfItAlone) {
+  JobOptions options;
+  options.SetCaches(dir_ + "/mount/", 10);
+  EXPECT_EQ(options.frame_cache.dir, dir_ + "/mount/frames");
+  EXPECT_EQ(options.content_cache.dir, dir_ + "/mount/content");
+  for (const char* file : {"frames/a/left.png", "content/b/wood.png", "store/c/left.png"}) {
+    fs::create_directories(fs::path(dir_ + "/mount/" + file).parent_path());
+    ASSERT_TRUE(WriteFile(dir_ + "/mount/" + file, std::string(100, 'x')).ok());
+  }
+  FrameCache(options.frame_cache).Trim();
+  EXPECT_FALSE(fs::exists(dir_ + "/mount/frames/a/left.png"));
+  EXPECT_TRUE(fs::exists(dir_ + "/mount/content/b/wood.png"));
+  EXPECT_TRUE(fs::exists(dir_ + "/mount/store/c/left.png"));
 }
 
 }  // namespace

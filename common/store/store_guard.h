@@ -17,7 +17,7 @@ class StoreGuard {
  public:
   struct Options {
     double every_s = 2;  // Time between two looks.
-    // A server that does not answer for a moment is no other server: the last word stands.
+    // A server that does not answer for a moment is no other server: status() stays as it is.
     bool patient = false;
     // Called from the guard's thread whenever the store has gone (with the reason) or is back (OK).
     std::function<void(const absl::Status&)> changed;

@@ -23,7 +23,7 @@ struct WorkerSettings {
   std::string benchmarks_dir;
   std::string cores_dir;    // Workers with the same folder share cores.
   std::string cache_dir;    // Keeps pairs and own content for later use.
-  int64_t cache_bytes = 0;  // Of each of the two.
+  int64_t cache_bytes = 0;  // Pairs may take so much, own content as well.
 };
 
 // The exit statuses of the process. They are part of its interface and never renumbered.

@@ -267,7 +267,7 @@ class WebServerImpl final : public WebServer {
   Handler handler_;
   IsUrgent is_urgent_;
   std::unique_ptr<asio::ssl::context> tls_;  // Null: plain HTTP.
-  std::atomic<int64_t> reply_bytes_ = 0;     // Of all replies; handlers and sessions change it.
+  std::atomic<int64_t> reply_bytes_ = 0;     // All replies under way take so many bytes.
   std::unique_ptr<asio::io_context> io_;
   std::unique_ptr<asio::thread_pool> handlers_, urgent_;
   std::optional<asio::executor_work_guard<asio::io_context::executor_type>> work_;

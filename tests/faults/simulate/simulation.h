@@ -27,8 +27,8 @@ struct RunResult {
   int64_t starts = 0;    // Of the coordinator.
   bool refused = false;  // It ended for damage to its database.
   Points points;         // Steps of the queue's commands that it came to.
-  // Of RunOptions::events: how many bytes of the heap the processes of then held more than new ones
-  // on the same database, and the size of that.
+  // With RunOptions::events: the old processes held so many bytes more than new ones on the same
+  // database; the size of this database.
   double grown_bytes = 0;
   double database_bytes = 0;
 };

@@ -51,7 +51,7 @@ class AttemptFolders {
   const Options options_;
   const std::shared_ptr<grpc::Channel> channel_;
   std::shared_ptr<Store> store_;       // Null: through the coordinator.
-  std::unique_ptr<StoreGuard> guard_;  // Of store_; null without it.
+  std::unique_ptr<StoreGuard> guard_;  // Watches store_; null without it.
   std::string key_;                    // The store as the coordinator named it; "" before.
 };
 

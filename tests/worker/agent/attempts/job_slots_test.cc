@@ -10,7 +10,7 @@
 #include "common/base/status.h"
 #include "common/base/system/log.h"
 #include "tests/folder_test.h"
-#include "tests/worker/agent/attempts/stub_store.h"
+#include "tests/worker/agent/attempts/scripted_store.h"
 #include "worker/agent/attempts/failure.h"
 #include "worker/agent/attempts/running.h"
 
@@ -113,17 +113,17 @@ TEST_F(JobSlotsTest, TimeOfProgramsThatAJobRanIsItsTime) {
 }
 
 TEST_F(JobSlotsTest, FinishedWorkIsReportedUnlessTheStoreIsCertainlyGone) {
-  const auto stub = std::make_shared<StubStore>();
-  store_ = stub;
-  stub->marker = Unavailable("no answer");
+  const auto scripted = std::make_shared<ScriptedStore>();
+  store_ = scripted;
+  scripted->marker = Unavailable("no answer");
   EXPECT_EQ(std::get<v1::CompleteRequest>(Do(false, "").body).result(), "result");
   EXPECT_TRUE(Exists("store/.attempt-2/checkpoint"));
   for (const absl::Status& gone : {NotFound("no marker"), FailedPrecondition("another store")}) {
-    stub->marker = gone;
+    scripted->marker = gone;
     EXPECT_EQ(std::get<v1::CompleteRequest>(Do(false, "").body).result(), "") << gone;
     EXPECT_FALSE(Exists("store/.attempt-2"));
   }
-  stub->marker = Unavailable("no answer");
+  scripted->marker = Unavailable("no answer");
   const Report report = Do(false, "fail");
   EXPECT_TRUE(std::holds_alternative<v1::CompleteRequest>(report.body)) << "none: handed back";
 }

@@ -6,7 +6,7 @@
 #include "common/base/hash.h"
 #include "common/base/system/file.h"
 #include "tests/folder_test.h"
-#include "tests/worker/agent/attempts/stub_store.h"
+#include "tests/worker/agent/attempts/scripted_store.h"
 #include "worker/agent/attempts/job_run.h"
 
 namespace parallax {
@@ -16,15 +16,15 @@ class PatientStoreTest : public FolderTest {
  protected:
   // Says `error` to the next `failures` calls.
   void Refuse(const absl::Status& error, int failures) {
-    stub_->error = error;
-    stub_->failures = failures;
-    stub_->calls = alive_ = 0;
+    far_->error = error;
+    far_->failures = failures;
+    far_->calls = alive_ = 0;
   }
 
-  const std::shared_ptr<StubStore> stub_ = std::make_shared<StubStore>();
+  const std::shared_ptr<ScriptedStore> far_ = std::make_shared<ScriptedStore>();
   CancelToken cancel_;
   int alive_ = 0;
-  const std::shared_ptr<Store> store_ = MakePatientStore(stub_, cancel_, [this] { ++alive_; });
+  const std::shared_ptr<Store> store_ = MakePatientStore(far_, cancel_, [this] { ++alive_; });
 };
 
 TEST_F(PatientStoreTest, CallsAreRepeatedAndEachTryIsASignOfLife) {
@@ -43,7 +43,7 @@ TEST_F(PatientStoreTest, OtherErrorsEndACallAndAFullStoreEndsReadsOnly) {
   for (const absl::Status& error : {NotFound("none"), Aborted("no longer yours")}) {
     Refuse(error, 1);
     EXPECT_EQ(store_->Get("a").status().code(), error.code());
-    EXPECT_EQ(stub_->calls, 1);
+    EXPECT_EQ(far_->calls, 1);
   }
   Refuse(ResourceExhausted("full"), 1);
   EXPECT_TRUE(absl::IsResourceExhausted(store_->List("a").status()));
@@ -55,7 +55,7 @@ TEST_F(PatientStoreTest, AfterACancellationACallIsTriedOnce) {
   cancel_.Cancel();
   Refuse(Unavailable("away"), 2);
   EXPECT_TRUE(absl::IsUnavailable(store_->Put("a", "b")));
-  EXPECT_EQ(stub_->calls, 1);
+  EXPECT_EQ(far_->calls, 1);
 }
 
 TEST_F(PatientStoreTest, AFolderOfThisMachineIsLeftAsItIs) {
@@ -88,7 +88,7 @@ TEST_F(PatientStoreTest, SendingTellsThatTheJobLivesAtEachTryOfEachFile) {
   AttemptFolder folder;
   folder.dir = dir_;
   folder.path = "work/.attempt-1";
-  folder.send_to = folder.store = stub_;
+  folder.send_to = folder.store = far_;
   const auto outcome = RunJob(&job, v1::Lease(), folder, cancel_, progress);
   EXPECT_TRUE(outcome.ok()) << outcome.status();
   EXPECT_EQ(told, 1);

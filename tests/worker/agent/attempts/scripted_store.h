@@ -9,9 +9,9 @@
 
 namespace parallax {
 
-class StubStore final : public Store {
+class ScriptedStore final : public Store {
  public:
-  std::string Uri() const override { return "stub:"; }
+  std::string Uri() const override { return "scripted:"; }
   absl::Status CheckMarker() const override { return marker; }
   absl::Status Put(std::string_view, std::string_view) override { return Answer(); }
   absl::StatusOr<std::string> Get(std::string_view) const override {

@@ -46,6 +46,7 @@ class Curation {
 
   absl::StatusOr<ExitCode> Run() {
     ASSIGN_OR_RETURN(Dataset dataset, ReadDataset(options_.dir));
+    RETURN_IF_ERROR(RequireIndices(dataset));
     const bool is_variant = dataset.variants.size() == 1 && dataset.variants[0].dir == dataset.dir;
     root_ = is_variant ? fs::path(dataset.dir).parent_path().string() : dataset.dir;
     ASSIGN_OR_RETURN(const std::string lock, ReadFile(root_ + "/study.lock.yaml"));

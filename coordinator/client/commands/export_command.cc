@@ -178,7 +178,7 @@ void RegisterExport(Registry& registry) {
                     "Take the infrared pictures (render.maps: infrared) for the pair");
   command->add_flag("--flat", options->options.flat, "crestereo: no folder for each scene");
   command->add_flag("--allow-incomplete", options->options.allow_incomplete,
-                    "Export although pairs are missing");
+                    "Export although pairs or variants are missing");
   command
       ->add_option("--test-every", options->options.test_every,
                    "Every Nth scene goes to TEST (default 20; always at least one)")

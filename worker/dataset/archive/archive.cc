@@ -11,7 +11,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 #include "common/base/hash.h"
@@ -26,6 +28,7 @@
 #include "worker/dataset/archive/study_change.h"
 #include "worker/dataset/frame/frame_reader.h"
 #include "worker/dataset/frame/sensor_stage.h"
+#include "worker/scene/upgrade.h"
 
 namespace parallax {
 namespace {
@@ -105,8 +108,12 @@ class Archive final : public ArchiveWriter {
   }
 
   bool HasScene(const std::string& variant, uint32_t scene) const override {
-    std::error_code error;
-    return fs::exists(out_ + "/" + variant + "/" + SceneFile(scene), error);
+    if (scenes_.contains({variant, scene})) return true;
+    const std::string path = out_ + "/" + variant + "/" + SceneFile(scene);
+    const absl::StatusOr<std::string> bytes = ReadFile(path);
+    if (!bytes.ok() || !ParseScene(*bytes, path).ok()) return false;
+    scenes_.emplace(variant, scene);
+    return true;
   }
 
   absl::Status AddScene(const std::string& variant, uint32_t scene,
@@ -341,6 +348,7 @@ class Archive final : public ArchiveWriter {
   const std::string out_;
   const v1::StudySpec study_;
   std::map<std::string, std::map<FrameId, IndexLine>> index_;  // By variant.
+  mutable std::set<std::pair<std::string, uint32_t>> scenes_;  // Recipes that HasScene has read.
   std::vector<std::string> set_aside_;
   Totals totals_;
 };

@@ -52,6 +52,7 @@ class ArchiveWriter {
                                                              const v1::StudySpec& study);
   virtual ~ArchiveWriter() = default;
 
+  // Returns whether the scene's recipe is there and can be read.
   virtual bool HasScene(const std::string& variant, uint32_t scene) const = 0;
   // Writes <variant>/scenes/<scene>.pb. Errors: kInvalidArgument for an unknown variant; as
   // WriteFileAtomically.

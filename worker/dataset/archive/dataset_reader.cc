@@ -62,13 +62,26 @@ void ReadCard(DatasetVariant& variant) {
   }
 }
 
+// Frames without an index are a damaged variant, not none.
+bool IsVariant(const fs::path& dir) {
+  std::error_code error;
+  return fs::exists(dir / "index.jsonl", error) ||
+         fs::directory_iterator(dir / "frames", error) != fs::directory_iterator();
+}
+
 absl::StatusOr<DatasetVariant> ReadVariant(const std::string& dir) {
   DatasetVariant variant;
   variant.dir = dir;
   variant.name = fs::path(dir).filename();
   const std::string path = dir + "/index.jsonl";
-  ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
-  std::istringstream in(text);
+  absl::StatusOr<std::string> text = ReadFile(path);
+  if (absl::IsNotFound(text.status())) {
+    variant.has_index = false;
+    variant.faults.push_back(path + ": missing");
+    text = std::string();
+  }
+  RETURN_IF_ERROR(text.status());
+  std::istringstream in(*text);
   int number = 0;
   std::set<FrameId> keys;
   for (std::string row; std::getline(in, row);) {
@@ -121,7 +134,7 @@ absl::StatusOr<Dataset> ReadDataset(const std::string& path) {
   } else {
     for (const auto& entry : fs::directory_iterator(dataset.dir, error)) {
       if (entry.path().filename().string()[0] == '.') continue;
-      if (fs::exists(entry.path() / "index.jsonl", error)) dirs.push_back(entry.path());
+      if (IsVariant(entry.path())) dirs.push_back(entry.path());
     }
   }
   if (dirs.empty()) {
@@ -133,6 +146,14 @@ absl::StatusOr<Dataset> ReadDataset(const std::string& path) {
     dataset.variants.push_back(std::move(variant));
   }
   return dataset;
+}
+
+absl::Status RequireIndices(const Dataset& dataset) {
+  for (const DatasetVariant& variant : dataset.variants) {
+    if (variant.has_index) continue;
+    return FailedPrecondition("{}/index.jsonl is missing (fetch the dataset again)", variant.dir);
+  }
+  return absl::OkStatus();
 }
 
 bool LeaveOutHeldout(Dataset& dataset) {

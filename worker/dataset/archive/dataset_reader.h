@@ -28,6 +28,7 @@ struct DatasetVariant {
   std::string dir;
   std::vector<DatasetFrame> frames;  // By scene, rig.
   int64_t pairs_wanted = 0;          // From dataset.json; 0 when that is missing.
+  bool has_index = true;             // Without one, `frames` is empty.
   std::string type;                  // "indoor", "dense"...: from dataset.json or study.lock.yaml.
   // Faults of the folder itself: one text each, naming the file.
   std::vector<std::string> faults;
@@ -39,10 +40,14 @@ struct Dataset {
 };
 
 // Reads the indices of a dataset. `dir` is an archive (its variants are the folders with an
-// index.jsonl) or one of its variants. Faults of a variant's folder do not fail the call; they are
-// in `faults`.
-// Errors: kNotFound if there is no index; kDataLoss for a malformed line of an index.
+// index.jsonl, or with frames whose index is missing) or one of its variants. Faults of a variant's
+// folder do not fail the call; they are in `faults`. Errors: kNotFound if there is no index;
+// kDataLoss for a malformed line of an index.
 absl::StatusOr<Dataset> ReadDataset(const std::string& dir);
+
+// Refuses a variant whose index is missing: a part must not pass for the whole dataset. Errors:
+// kFailedPrecondition.
+absl::Status RequireIndices(const Dataset& dataset);
 
 // Removes the variant of held-out pairs (kHeldoutName), on which no network may be trained, unless
 // the dataset's folder is that variant itself. Returns whether it did.

@@ -19,6 +19,7 @@
 #include "common/base/system/file.h"
 #include "common/base/version.h"
 #include "common/config/check/field_rules.h"
+#include "common/config/config.h"
 #include "common/config/frame_files.h"
 #include "common/config/training_plan.h"
 #include "worker/dataset/archive/dataset_reader.h"
@@ -46,6 +47,24 @@ std::string WhyNotWholePng(const std::string& path, int64_t size) {
   if (at == std::string::npos) return "is cut off";
   const size_t behind = end.size() - at - kEnd.size();
   return behind == 0 ? "" : fmt::format("has {} bytes behind its end", behind);
+}
+
+// A variant of the study that is gone as a whole is a hole, too. Folders without a readable lock
+// file, as those of single variants, can't tell.
+absl::Status CheckVariants(const Dataset& dataset) {
+  const absl::StatusOr<v1::StudySpec> study = LoadStudy(dataset.dir + "/study.lock.yaml");
+  if (!study.ok()) return absl::OkStatus();
+  for (const v1::VariantSpec& wanted : study->variants()) {
+    const bool found =
+        std::any_of(dataset.variants.begin(), dataset.variants.end(),
+                    [&](const DatasetVariant& v) { return v.name == wanted.name(); });
+    if (found || wanted.name() == kHeldoutName) continue;
+    return FailedPrecondition(
+        "the dataset has holes: the study's variant {} is not in {} (finish the run, fetch it "
+        "again, or --allow-incomplete)",
+        wanted.name(), dataset.dir);
+  }
+  return absl::OkStatus();
 }
 
 // Every file that the layouts read must be there: half a dataset must not pass for a whole one.
@@ -103,17 +122,20 @@ class Exporter {
     lines_.resize(plan.frames.size());
     std::string train, test;
     for (const auto& [first, end] : plan.scenes) {
-      if (options_.cancel.cancelled()) return Cancelled("export");
-      std::vector<absl::StatusOr<FrameFiles>> made(end - first, FrameFiles());
-      tbb::parallel_for(size_t{0}, end - first, [&, first = first](size_t i) {
-        const ExportFrame& frame = plan.frames[first + i];
-        made[i] = CatchJson(frame.source->dir, [&] { return layout->Convert(frame); });
-      });
-      for (size_t i = 0; i < made.size(); ++i) {
-        const ExportFrame& frame = plan.frames[first + i];
-        if (!made[i].ok()) return WithContext(made[i].status(), frame.source->dir);
-        RETURN_IF_ERROR(Take(frame, *std::move(made[i]), layout->Shards()));
-        (frame.test ? test : train) += lines_[first + i] + "\n";
+      for (size_t begin = first; begin < end; begin += kBlock) {
+        if (options_.cancel.cancelled()) return Cancelled("export");
+        const size_t size = std::min(kBlock, end - begin);
+        std::vector<absl::StatusOr<FrameFiles>> made(size, FrameFiles());
+        tbb::parallel_for(size_t{0}, size, [&](size_t i) {
+          const ExportFrame& frame = plan.frames[begin + i];
+          made[i] = CatchJson(frame.source->dir, [&] { return layout->Convert(frame); });
+        });
+        for (size_t i = 0; i < size; ++i) {
+          const ExportFrame& frame = plan.frames[begin + i];
+          if (!made[i].ok()) return WithContext(made[i].status(), frame.source->dir);
+          RETURN_IF_ERROR(Take(frame, *std::move(made[i]), layout->Shards()));
+          (frame.test ? test : train) += lines_[begin + i] + "\n";
+        }
       }
       ASSIGN_OR_RETURN(const std::vector<ExportFile> more,
                        layout->FinishScene({plan.frames.begin() + static_cast<ptrdiff_t>(first),
@@ -134,6 +156,8 @@ class Exporter {
   }
 
  private:
+  static constexpr size_t kBlock = 32;  // Frames whose files are in memory at once.
+
   absl::Status Take(const ExportFrame& frame, FrameFiles made, bool shards) {
     lines_[static_cast<size_t>(frame.number)] = made.list_line;
     result_.pixels_out_of_range += made.pixels_out_of_range;
@@ -181,7 +205,8 @@ class Exporter {
     if (errno != EXDEV && errno != EPERM && errno != EMLINK && errno != EOPNOTSUPP) {
       return ErrnoError(errno, "link " + to);
     }
-    ASSIGN_OR_RETURN(const std::string bytes, ReadFile(file.link_to));
+    ASSIGN_OR_RETURN(const std::string bytes,
+                     ReadUnchanged(frame, fs::path(file.link_to).filename()));
     return Write(file.path, bytes);
   }
 
@@ -251,6 +276,18 @@ class Exporter {
   Json shards_ = Json::array();
 };
 
+// The finished export is renamed to `out`, so an empty folder there must give way.
+absl::Status CheckReplaceable(const std::string& out) {
+  std::error_code error;
+  if (!fs::exists(fs::symlink_status(out, error))) return absl::OkStatus();
+  if (::rmdir(out.c_str()) != 0) {
+    if (errno != ENOTDIR && errno != EBUSY) return ErrnoError(errno, "replace " + out);
+    return FailedPrecondition("{} is a link or a mount point: name a folder in it", out);
+  }
+  fs::create_directory(out, error);
+  return error ? ErrnoError(error.value(), "make folder " + out) : absl::OkStatus();
+}
+
 // Adds what the layout's readers want of the plan, where it lacks that.
 void NoteWants(const ExportPlan& plan, const std::string& layout, ExportResult& result) {
   if (layout == "crestereo" && result.pairs < 4) {
@@ -292,6 +329,9 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
   }
   ASSIGN_OR_RETURN(Dataset dataset, ReadDataset(dir));
   const std::string from = dataset.dir;
+  if (options.variants.empty() && !options.allow_incomplete) {
+    RETURN_IF_ERROR(CheckVariants(dataset));
+  }
   ExportResult result;
   if (options.variants.empty() && LeaveOutHeldout(dataset)) {
     result.notes.push_back(
@@ -312,6 +352,7 @@ absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::st
   if (out == from || out.compare(0, from.size() + 1, from + "/") == 0) {
     return FailedPrecondition("{} lies in the dataset itself: choose another folder", out);
   }
+  RETURN_IF_ERROR(CheckReplaceable(out));
   const bool sequences = MakeExportLayout(options)->Sequences();
   ASSIGN_OR_RETURN(const ExportPlan plan, MakeExportPlan(variants, options, sequences, result));
   absl::StatusOr<std::string> licence = LicenceOf(variants);

@@ -16,7 +16,7 @@ struct ExportOptions {
   std::string layout = "flyingthings";  // One of ExportLayouts().
   bool unfiltered = false;              // Includes frames that fail a filter.
   bool flat = false;                    // crestereo: no sub-folders.
-  bool allow_incomplete = false;        // Exports variants with fewer pairs than were asked for.
+  bool allow_incomplete = false;        // Without all variants and pairs that were asked for.
   // Names; a trailing * matches the rest. Empty: all but the held-out variant.
   std::vector<std::string> variants;
   bool infrared = false;  // The infrared pictures are the pair, in place of colour.
@@ -49,10 +49,11 @@ const std::vector<std::string>& ExportLayouts();
 // frame) and SHA256SUMS. `out_dir` appears only when it is complete.
 //
 // Errors: kFailedPrecondition for an incomplete dataset (missing or unexpected files, fewer pairs
-// than asked for), naming the first fault, for an `out_dir` that is not empty, and for sequences
-// whose baseline changes where the layout has one for all; kNotFound when
-// no frame is left; kInvalidArgument for an unknown layout or variant; kDataLoss for unreadable
-// maps or a damaged frame.json, naming the frame; writing as WriteFile.
+// or variants than asked for), naming the first fault, for an `out_dir` that is not empty, a link
+// or a mount point, and for sequences whose baseline changes where the layout has one for all;
+// kNotFound when no frame is left; kInvalidArgument for an unknown layout or variant; kDataLoss for
+// unreadable maps, a damaged frame.json or a copied file that is not what the index says, naming
+// the frame; writing as WriteFile.
 absl::StatusOr<ExportResult> ExportDataset(const std::string& dir, const std::string& out_dir,
                                            const ExportOptions& options);
 

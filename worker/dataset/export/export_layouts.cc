@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "common/base/hash.h"
 #include "common/base/system/file.h"
 #include "common/config/frame_maps.h"
 #include "common/image/io.h"
@@ -373,7 +374,7 @@ class WebDataset final : public ExportLayout {
     ASSIGN_OR_RETURN(const Json json, SampleJson(frame));
     const std::string key = frame.scene + "_" + RigName(frame, 3);
     for (const char* eye : {"left", "right"}) {
-      ASSIGN_OR_RETURN(std::string png, ReadFile(frame.source->dir + "/" + PictureOf(frame, eye)));
+      ASSIGN_OR_RETURN(std::string png, ReadUnchanged(frame, PictureOf(frame, eye)));
       out.files.push_back({key + "." + eye + ".png", "", std::move(png)});
     }
     out.files.push_back({key + ".disp.npy", "", EncodeNpy(disparity)});
@@ -413,7 +414,7 @@ class WebDataset final : public ExportLayout {
       const std::string name = key + "." + std::string(row->stem()) + "_" + eye;
       const std::string path = frame.source->dir + "/" + row->FileOf(eye);
       if (row->encoding == FrameMap::kHalfRgb) {  // As it is: an array is several times as large.
-        ASSIGN_OR_RETURN(std::string exr, ReadFile(path));
+        ASSIGN_OR_RETURN(std::string exr, ReadUnchanged(frame, row->FileOf(eye)));
         out.files.push_back({name + ".exr", "", std::move(exr)});
       } else if (row->encoding == FrameMap::kFloatY) {
         ImageF image(size.width(), size.height());
@@ -425,8 +426,8 @@ class WebDataset final : public ExportLayout {
         ASSIGN_OR_RETURN(const ImageF3 image, ReadExrRgb(path));
         out.files.push_back({name + ".npy", "", EncodeNpy(image)});
       } else {
-        absl::StatusOr<std::string> png =
-            none ? EncodePng(ImageU16(size.width(), size.height())) : ReadFile(path);
+        absl::StatusOr<std::string> png = none ? EncodePng(ImageU16(size.width(), size.height()))
+                                               : ReadUnchanged(frame, row->FileOf(eye));
         RETURN_IF_ERROR(png.status());
         out.files.push_back({name + ".png", "", *std::move(png)});
       }
@@ -454,6 +455,16 @@ absl::StatusOr<ImageF> ReadTruthMap(const ExportFrame& frame, const std::string&
     if ((masks.values()[i] & kSkyOrExterior) != 0) truth.values()[i] = 0;
   }
   return truth;
+}
+
+absl::StatusOr<std::string> ReadUnchanged(const ExportFrame& frame, const std::string& file) {
+  const std::string path = frame.source->dir + "/" + file;
+  ASSIGN_OR_RETURN(std::string bytes, ReadFile(path));
+  const auto known = frame.source->files.find(file);
+  if (known != frame.source->files.end() && Sha256Hex(bytes) != known->second) {
+    return DataLoss("{}: its content is not what the index says", path);
+  }
+  return bytes;
 }
 
 ExportFile LinkTo(std::string path, const ExportFrame& frame, const std::string& file) {

@@ -76,6 +76,9 @@ std::string PictureOf(const ExportFrame& frame, const std::string& eye);
 // frame has masks. Errors: kDataLoss for masks of another size; as ReadFile.
 absl::StatusOr<ImageF> ReadTruthMap(const ExportFrame& frame, const std::string& map,
                                     const std::string& eye);
+// Reads one of the frame's files as it is. Errors: kDataLoss for content that is not what the index
+// says; as ReadFile.
+absl::StatusOr<std::string> ReadUnchanged(const ExportFrame& frame, const std::string& file);
 // Makes a link at `path` to one of the frame's files.
 ExportFile LinkTo(std::string path, const ExportFrame& frame, const std::string& file);
 

@@ -90,15 +90,10 @@ class PlanWriter {
     }
   }
 
-  // Adds the frames that follow each other. Returns the number of those without a neighbour.
-  absl::StatusOr<int64_t> AddRuns() {
-    int64_t single = 0;
-    ASSIGN_OR_RETURN(const std::vector<SequenceRun> runs,
-                     FindRuns(variant_, options_.unfiltered, single));
+  void AddRuns(const std::vector<SequenceRun>& runs) {
     for (const SequenceRun& run : runs) {
       for (size_t i = 0; i < run.frames.size(); ++i) Add(*run.frames[i], &run, i);
     }
-    return single;
   }
 
  private:
@@ -112,9 +107,11 @@ class PlanWriter {
 // One scene can't be in both splits: its last sequence or pair is the test.
 void SplitSingleScene(ExportPlan& plan, bool sequences, ExportResult& result) {
   if (plan.frames.size() < 2) return;
-  if (sequences) {
+  if (sequences && plan.scenes.size() < 2) {
+    result.notes.push_back("there is one sequence only, so there is no TEST");
+  } else if (sequences) {
     for (size_t i = plan.scenes.back().first; i < plan.frames.size(); ++i) {
-      plan.frames[i].test = plan.scenes.size() > 1;
+      plan.frames[i].test = true;
     }
     result.notes.push_back(
         "all sequences are of one scene, so TEST is its last one rather than a scene of its own");
@@ -140,24 +137,31 @@ void CountPlan(ExportPlan& plan, ExportResult& result) {
 absl::StatusOr<ExportPlan> MakeExportPlan(const std::vector<DatasetVariant>& variants,
                                           const ExportOptions& options, bool sequences,
                                           ExportResult& result) {
-  const std::set<uint32_t> numbers = SceneNumbers(variants, options.unfiltered);
+  std::vector<std::vector<SequenceRun>> runs(variants.size());
+  std::set<uint32_t> numbers;
+  if (!sequences) numbers = SceneNumbers(variants, options.unfiltered);
+  for (size_t i = 0; sequences && i < variants.size(); ++i) {
+    int64_t single = 0;
+    ASSIGN_OR_RETURN(runs[i], FindRuns(variants[i], options.unfiltered, single));
+    for (const SequenceRun& run : runs[i]) numbers.insert(run.frames.front()->scene);
+    if (single == 0) continue;
+    result.notes.push_back(
+        fmt::format("{} pairs of {} have no neighbour in their sequence and are left out", single,
+                    variants[i].name));
+  }
   const std::set<uint32_t> test = TestScenes(numbers, options.test_every);
   ExportPlan plan;
-  for (const DatasetVariant& variant : variants) {
+  for (size_t i = 0; i < variants.size(); ++i) {
+    const DatasetVariant& variant = variants[i];
     PlanWriter writer(plan, variant, test, options,
                       variants.size() > 1 ? SafeName(variant.name) + "-" : "");
     for (const DatasetFrame& frame : variant.frames) {
       result.pairs_filtered_out += !frame.passed && !options.unfiltered;
     }
-    if (!sequences) {
+    if (sequences) {
+      writer.AddRuns(runs[i]);
+    } else {
       writer.AddSingles();
-      continue;
-    }
-    ASSIGN_OR_RETURN(const int64_t single, writer.AddRuns());
-    if (single > 0) {
-      result.notes.push_back(
-          fmt::format("{} pairs of {} have no neighbour in their sequence and are left out", single,
-                      variant.name));
     }
   }
   if (numbers.size() == 1) SplitSingleScene(plan, sequences, result);

@@ -5,7 +5,10 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
@@ -14,6 +17,8 @@
 #include "common/config/config.h"
 #include "parallax/v1/scene.pb.h"
 #include "worker/dataset/archive/dataset_reader.h"
+#include "worker/dataset/frame/frame_json.h"
+#include "worker/dataset/frame/frame_reader.h"
 #include "worker/dataset/verify/verify_camera.h"
 #include "worker/dataset/verify/verify_files.h"
 #include "worker/dataset/verify/verify_flow.h"
@@ -34,8 +39,31 @@ void Collect(std::vector<Finding> found, const VerifyOptions& options, VerifyRes
   }
 }
 
-// Checks the recipes: each exists, can be read, and has a rig for every frame.
-std::vector<Finding> CheckRecipes(const DatasetVariant& variant) {
+// Whether the frame has the recipe's seed and its rig's camera. One whose numbers can't be read is
+// reported by CheckGeometry.
+bool IsOfRecipe(const nlohmann::ordered_json& frame, const v1::Scene& scene, const v1::Rig& rig) {
+  constexpr double kTolerance = 1e-6;  // Pixels or metres.
+  const auto differs = [](const nlohmann::ordered_json& seen, double wanted) {
+    return std::abs(seen.get<double>() - wanted) > kTolerance;
+  };
+  try {
+    const auto pose = MatrixOf(rig.world_from_left());
+    for (size_t i = 0; i < 16; ++i) {
+      if (differs(frame.at("world_from_left").at(i / 4).at(i % 4), pose[i / 4][i % 4])) {
+        return false;
+      }
+    }
+    return !differs(frame.at("intrinsics").at("fx"), rig.fx_px()) &&
+           !differs(frame.at("baseline_m"), rig.baseline_m()) &&
+           SeedOf(frame.at("seeds").at("scene")) == scene.scene_seed();
+  } catch (const nlohmann::ordered_json::exception&) {
+    return true;
+  }
+}
+
+// Checks the recipes: each exists, can be read, and has a rig for every frame; with `geometry` also
+// that the frame is of that rig.
+std::vector<Finding> CheckRecipes(const DatasetVariant& variant, bool geometry) {
   std::vector<Finding> findings;
   std::set<uint32_t> scenes;
   for (const DatasetFrame& frame : variant.frames) scenes.insert(frame.scene);
@@ -51,11 +79,19 @@ std::vector<Finding> CheckRecipes(const DatasetVariant& variant) {
       findings.push_back({"recipe", path, "not a scene recipe"});
       continue;
     }
-    std::set<uint32_t> rigs;
-    for (const v1::Rig& rig : scene.rigs()) rigs.insert(rig.index());
+    std::map<uint32_t, const v1::Rig*> rigs;
+    for (const v1::Rig& rig : scene.rigs()) rigs[rig.index()] = &rig;
     for (const DatasetFrame& frame : variant.frames) {
-      if (frame.scene == number && !rigs.contains(frame.rig)) {
+      if (frame.scene != number) continue;
+      if (!rigs.contains(frame.rig)) {
         findings.push_back({"recipe", path, fmt::format("has no rig {}", frame.rig)});
+      } else if (geometry) {
+        const auto json = ReadFrameJson(frame.dir);
+        if (!json.ok() || IsOfRecipe(*json, scene, *rigs.at(frame.rig))) continue;
+        findings.push_back(
+            {"recipe", path,
+             fmt::format("seed, fx, baseline or pose of rig {} are not those of its frame.json",
+                         frame.rig)});
       }
     }
   }
@@ -82,7 +118,7 @@ absl::Status VerifyVariant(const DatasetVariant& variant, const VerifyOptions& o
     of_folder.push_back({"index", fault.substr(0, colon), fault.substr(colon + 2)});
   }
   Collect(std::move(of_folder), options, result);
-  Collect(CheckRecipes(variant), options, result);
+  Collect(CheckRecipes(variant, options.geometry), options, result);
   if (options.geometry) Collect(CheckStudyCameras(variant), options, result);
   // Works in blocks, so that findings stay in order and memory small.
   constexpr size_t kBlock = 32;

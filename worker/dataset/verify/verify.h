@@ -41,9 +41,10 @@ struct VerifyResult {
 //   object and material indices in their tables; normals of length 1 that face the camera; poses
 //   rigid, the right camera at +x by the baseline; statistics and filter verdicts of the index as
 //   the maps give them; where the study gives a camera (rigs.camera), its K, size and baseline to
-//   1e-6; of raw pairs, correspondences that are epipolar once rectified; of sequences, flow and
-//   disparity change as depth, cameras and motion give them (2e-3 px), flow occlusion as the
-//   neighbours' depth has it (2 % of the pixels may differ).
+//   1e-6; recipes with the seed and cameras of their frames; of raw pairs, correspondences that are
+//   epipolar once rectified; of sequences, flow and disparity change as depth, cameras and motion
+//   give them (2e-3 px), flow occlusion as the neighbours' depth has it (2 % of the pixels may
+//   differ).
 // Errors: kNotFound when `dir` is no dataset; kDataLoss for an index that can't be read. Faults of
 // the dataset are findings, not errors.
 absl::StatusOr<VerifyResult> VerifyDataset(const std::string& dir,

@@ -88,6 +88,7 @@ std::string FrameName(const DatasetFrame& frame) {
 
 absl::StatusOr<Benchmark> OpenArchive(const std::string& dir) {
   ASSIGN_OR_RETURN(const Dataset dataset, ReadDataset(dir));
+  RETURN_IF_ERROR(RequireIndices(dataset));
   Benchmark benchmark;
   benchmark.headline = {.measure = BadAt(2), .region = "nocc"};
   benchmark.figures = {{.measure = BadAt(2)},

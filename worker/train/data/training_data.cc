@@ -93,6 +93,7 @@ absl::StatusOr<TrainingSource> ReadTrainingSource(const std::string& spec,
   source.weight = split.second;
   ASSIGN_OR_RETURN(Dataset dataset, ReadDataset(source.path));
   source.heldout_left_out = !options.heldout && LeaveOutHeldout(dataset);
+  if (!options.allow_missing) RETURN_IF_ERROR(RequireIndices(dataset));
   Sha256 hash;
   for (const DatasetVariant& variant : dataset.variants) {
     for (const DatasetFrame& frame : variant.frames) {

@@ -228,10 +228,16 @@ def read_pair(frame: Frame, pictures: str = "color", max_disparity: Optional[flo
         return Pair(left.result(), right.result(), disparity, valid, frame, others)
 
 
+def _is_variant(directory: Path) -> bool:
+    # Frames without an index are a damaged variant, not none: reading it names the index.
+    frames = directory / "frames"
+    return os.path.isfile(directory / "index.jsonl") or (os.path.isdir(frames) and bool(os.listdir(frames)))
+
+
 def _variant_dirs(root: Path) -> List[Path]:
     if (root / "index.jsonl").is_file():
         return [root]
-    return sorted(path.parent for path in root.glob("*/index.jsonl") if not path.parent.name.startswith("."))
+    return sorted(path for path in root.glob("*") if not path.name.startswith(".") and _is_variant(path))
 
 
 def _read_variant(directory: Path) -> Iterable[Frame]:

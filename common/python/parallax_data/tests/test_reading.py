@@ -54,6 +54,19 @@ class Options(ExportsCase):
             self.assertEqual(data.refresh(), 6)
             self.assertEqual(len(data), 10)
 
+    def test_a_variant_without_its_index_is_refused(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name) / "archive"
+            shutil.copytree(self.root / "archive", folder)
+            shutil.copytree(folder / "a", folder / "b")
+            (folder / "b" / "index.jsonl").unlink()
+            with self.assertRaisesRegex(FileNotFoundError, "b/index.jsonl"):
+                ParallaxDataset(folder)
+            self.assertEqual(len(ParallaxDataset(folder, variants=["a"])), 9)
+            shutil.rmtree(folder / "b" / "frames")
+            (folder / "b" / "frames").mkdir()  # A variant whose first pair is still to come.
+            self.assertEqual(len(ParallaxDataset(folder)), 9)
+
     def test_the_last_line_of_a_copy_may_be_half(self):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name) / "archive"

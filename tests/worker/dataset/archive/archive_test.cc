@@ -200,6 +200,25 @@ TEST_F(ArchiveTest, ATruncatedFrameIsBroughtAgain) {
   EXPECT_GT(fs::file_size(out_ + "/a/frames/000000/000/left.png"), 100u);
 }
 
+TEST_F(ArchiveTest, ABrokenRecipeIsBroughtAgain) {
+  const v1::PublishedFrame frame = Publish("a", 0, 0);
+  const std::string path = out_ + "/a/scenes/000000.pb";
+  {
+    auto archive = Open();
+    ASSERT_TRUE(archive->AddFrame(frame, store_).ok());
+    ASSERT_TRUE(archive->AddScene("a", 0, scene_).ok());
+    ASSERT_TRUE(archive->Finish().ok());
+  }
+  for (const char* broken : {"", "cut"}) {
+    ASSERT_TRUE(WriteFile(path, broken).ok());
+    auto archive = Open();
+    ASSERT_FALSE(archive->HasScene("a", 0));
+    ASSERT_TRUE(archive->AddScene("a", 0, scene_).ok());
+    EXPECT_TRUE(archive->HasScene("a", 0));
+    EXPECT_TRUE(archive->Finish().ok());
+  }
+}
+
 // A bit that rots in the store rots in the link to it, too; another attempt makes the pair anew.
 TEST_F(ArchiveTest, ARottenLinkIsReplacedByTheStoresNewFile) {
   v1::PublishedFrame frame = Publish("a", 0, 0);

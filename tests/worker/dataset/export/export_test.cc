@@ -26,6 +26,7 @@ namespace parallax {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -333,12 +334,63 @@ TEST_F(ExportTest, RefusesHolesAndLeavesNothingBehind) {
   MakeSyntheticArchive(data_);
   fs::copy(Frame("000001/000"), Frame("000001/007"));
   expect_refused("000001/007: not in the index");
+  MakeSyntheticArchive(data_, {.variants = {"a", "b"}});
+  fs::remove(data_ + "/b/index.jsonl");
+  expect_refused("b/index.jsonl: missing");
+  fs::remove_all(data_ + "/b");
+  expect_refused("the study's variant b is not in");
+  EXPECT_TRUE(Export({.variants = {"a"}}).ok());
+  fs::remove_all(out_);
+  EXPECT_TRUE(Export({.allow_incomplete = true}).ok());
+  fs::remove_all(out_);
   MakeSyntheticArchive(data_, {.last_frame_missing = true});
   expect_refused("has 5 of 6 pairs");
   const ExportOptions options{.allow_incomplete = true};
   EXPECT_TRUE(Export(options).ok());
   // And what is there already.
   EXPECT_EQ(Export(options).status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST_F(ExportTest, ADamagedPictureIsNotPacked) {
+  MakeSyntheticArchive(data_);
+  const std::string path = Frame("000001/000/right.png");
+  std::string bytes = *ReadFile(path);
+  bytes[bytes.size() / 2] ^= 1;
+  fs::remove(path);  // A link: the store's file stays whole.
+  ASSERT_TRUE(WriteFile(path, bytes).ok());
+  const auto result = Export({.layout = "webdataset"});
+  EXPECT_EQ(result.status().code(), absl::StatusCode::kDataLoss) << result.status();
+  EXPECT_THAT(std::string(result.status().message()), HasSubstr("000001/000/right.png"));
+  EXPECT_FALSE(fs::exists(out_));
+}
+
+TEST_F(ExportTest, ALinkToAnEmptyFolderIsRefusedAndAnEmptyFolderIsNot) {
+  MakeSyntheticArchive(data_);
+  fs::create_directory(dir_ + "/elsewhere");
+  fs::create_directory_symlink(dir_ + "/elsewhere", out_);
+  const auto result = Export();
+  EXPECT_EQ(result.status().code(), absl::StatusCode::kFailedPrecondition) << result.status();
+  EXPECT_THAT(std::string(result.status().message()), HasSubstr("is a link or a mount point"));
+  EXPECT_TRUE(fs::is_symlink(out_));
+  fs::remove(out_);
+  fs::create_directory(out_);
+  EXPECT_TRUE(Export().ok());
+}
+
+TEST_F(ExportTest, AllPairsOfALargeSceneComeInOrder) {
+  MakeSyntheticArchive(data_, {.scenes = 1, .rigs = 40, .width_px = 48, .height_px = 27});
+  ASSERT_TRUE(Export({.layout = "webdataset", .unfiltered = true}).ok());
+  const std::string shards =
+      *ReadFile(out_ + "/train-000000.tar") + *ReadFile(out_ + "/test-000000.tar");
+  std::string keys;
+  size_t at = 0;
+  for (int rig = 0; rig < 40; ++rig) {
+    const std::string key = (rig < 10 ? "000000_00" : "000000_0") + std::to_string(rig);
+    at = shards.find(key + ".left.png", at);
+    ASSERT_NE(at, std::string::npos) << key;
+    keys += key + "\n";
+  }
+  EXPECT_EQ(*ReadFile(out_ + "/train.txt") + *ReadFile(out_ + "/test.txt"), keys);
 }
 
 TEST_F(ExportTest, ABrokenMapEndsItWithNothingWritten) {
@@ -405,6 +457,24 @@ TEST_F(ExportTest, OneSceneGivesItsLastPairToTestAndSaysSo) {
   EXPECT_EQ(result->pairs_test, 1);
   ASSERT_EQ(result->notes.size(), 1u);
   EXPECT_THAT(result->notes[0], HasSubstr("one scene"));
+}
+
+TEST_F(ExportTest, TestSequencesAreChosenAmongThoseThatAreExported) {
+  SyntheticArchive archive{.last_frame_dark = true, .sequence = true};
+  MakeSyntheticArchive(data_, archive);  // The last scene has one frame left.
+  auto result = Export({.layout = "sintel"});
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->pairs, 4);
+  EXPECT_EQ(result->pairs_test, 2);
+  EXPECT_EQ(result->scenes_test, 1);
+  archive.scenes = 2;
+  MakeSyntheticArchive(data_, archive);
+  fs::remove_all(out_);
+  result = Export({.layout = "sintel"});
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->pairs_test, 0);
+  EXPECT_THAT(result->notes, Contains(HasSubstr("one sequence only")));
+  EXPECT_THAT(result->notes, Not(Contains(HasSubstr("TEST is its last one"))));
 }
 
 TEST_F(ExportTest, EveryLayoutIsWholeAndAChangedFileIsFound) {

@@ -12,6 +12,7 @@
 #include "common/base/system/file.h"
 #include "common/config/config.h"
 #include "common/image/io.h"
+#include "parallax/v1/scene.pb.h"
 #include "tests/folder_test.h"
 #include "tests/worker/dataset/synthetic_archive.h"
 
@@ -124,6 +125,35 @@ TEST_F(VerifyTest, FindsChangedMissingAndStrayFiles) {
   fs::remove_all(data_ + "/a/frames/000000/000");
   fs::copy(frame_, data_ + "/a/frames/000000/005");
   EXPECT_THAT(Checks(), Contains("index"));
+}
+
+TEST_F(VerifyTest, AVariantWithoutItsIndexIsAFinding) {
+  MakeSyntheticArchive(data_, {.variants = {"a", "b"}, .scenes = 1});
+  fs::remove(data_ + "/b/index.jsonl");
+  const auto result = VerifyDataset(data_);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->variants, 2);
+  ASSERT_EQ(result->findings_total, 4);  // The index, the card, both frames.
+  EXPECT_EQ(result->findings[0].path, data_ + "/b/index.jsonl");
+  EXPECT_EQ(result->findings[0].message, "missing");
+}
+
+TEST_F(VerifyTest, RecipesAreThoseOfTheirFrames) {
+  const std::string path = data_ + "/a/scenes/000000.pb";
+  v1::Scene scene;
+  ASSERT_TRUE(scene.ParseFromString(*ReadFile(path)));
+  const std::function<void(v1::Scene&)> changes[] = {
+      [](v1::Scene& s) { s.set_scene_seed(7); },
+      [](v1::Scene& s) { s.mutable_rigs(1)->set_fx_px(50); },
+      [](v1::Scene& s) { s.mutable_rigs(1)->set_baseline_m(0.3); },
+      [](v1::Scene& s) { s.mutable_rigs(1)->mutable_world_from_left()->set_tx(9); },
+  };
+  for (const auto& change : changes) {
+    v1::Scene other = scene;
+    change(other);
+    ASSERT_TRUE(WriteFile(path, other.SerializeAsString()).ok());
+    EXPECT_THAT(Checks(), Contains("recipe")) << &change - changes;
+  }
 }
 
 TEST_F(VerifyTest, VerdictsOfCurationFitTheirScores) {

@@ -72,6 +72,15 @@ TEST(TrainingSource, NamesWhatIsMissing) {
   EXPECT_NE(empty.message().find("no pair to train on"), absl::string_view::npos) << empty;
 }
 
+TEST(TrainingSource, RefusesAVariantWithoutItsIndex) {
+  const std::string dir = MakeArchive("no_index", {.variants = {"a", "b"}});
+  std::filesystem::remove(dir + "/b/index.jsonl");
+  const absl::Status status = ReadTrainingSource(dir, {}).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+  EXPECT_NE(status.message().find("b/index.jsonl is missing"), absl::string_view::npos) << status;
+  EXPECT_EQ(ReadTrainingSource(dir, {.allow_missing = true})->frames.size(), 6u);
+}
+
 TEST(TrainingPair, SkyHasNoTruthAndMapsMayBeAbsent) {
   const std::string dir = MakeArchive("pair", {.scenes = 1, .rigs = 1}) + "/a/frames/000000/000";
   const auto pair = ReadTrainingPair(dir);

@@ -22,5 +22,9 @@ step "build"
 cmake --build --preset "$preset" -- --quiet
 
 step "test"
-ctest --preset "$preset" --parallel "$(nproc)" "$@"
+# Files of unit tests; they are kept when a test fails.
+TEST_TMPDIR=$(mktemp -d -t parallax-tests-XXXXXX)
+export TEST_TMPDIR
+ctest --preset "$preset" --parallel "$(nproc)" "$@" || { echo "files of the tests: $TEST_TMPDIR"; exit 1; }
+rm -rf "$TEST_TMPDIR"
 step "done"

@@ -31,8 +31,8 @@ absl::Status AddPairs(SqliteConnection& db, int64_t study, StudyCosts& costs) {
 absl::Status AddSolves(SqliteConnection& db, const KindRegistry& kinds, int64_t study,
                        StudyCosts& costs) {
   SqliteQuery query(db,
-                    "SELECT v.name, r.core_s, r.job_id = j.id FROM variants AS v"
-                    " JOIN all_jobs AS j ON j.variant_id = v.id"
+                    "SELECT v.name, r.core_s, r.job_id = j.id, v.id, j.id, r.stage"
+                    " FROM variants AS v JOIN all_jobs AS j ON j.variant_id = v.id"
                     " JOIN results AS r ON r.work_key IN (j.work_key, j.group_key)"
                     " WHERE v.study_id = ?1 AND j.kind = ?2"
                     " AND j.state IN ('SUCCEEDED', 'REJECTED') ORDER BY v.id, j.id, r.stage",
@@ -47,7 +47,8 @@ absl::Status AddSolves(SqliteConnection& db, const KindRegistry& kinds, int64_t 
 absl::Status AddOthers(SqliteConnection& db, const KindRegistry& kinds, int64_t study,
                        StudyCosts& costs) {
   SqliteQuery query(db,
-                    "SELECT j.kind, j.input, j.reused, r.bytes FROM study_results AS s"
+                    "SELECT j.kind, j.input, j.reused, r.bytes, j.variant_id, j.ordinal, j.id"
+                    " FROM study_results AS s"
                     " JOIN all_jobs AS j ON j.id = s.job_id"
                     " JOIN results AS r ON r.work_key = s.work_key"
                     " WHERE s.study_id = ?1 ORDER BY j.variant_id, j.kind, j.ordinal, j.id",

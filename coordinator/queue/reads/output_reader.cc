@@ -86,7 +86,7 @@ class CommittedResults final : public ResultReader {
       // If it was damaged, a later generation has made it again, after an upgrade under another
       // key.
       SqliteQuery query(db,
-                        "SELECT r.bytes FROM all_jobs AS j JOIN all_jobs AS n"
+                        "SELECT r.bytes, n.generation FROM all_jobs AS j JOIN all_jobs AS n"
                         " ON n.variant_id = j.variant_id AND n.ordinal = j.ordinal"
                         " AND n.kind = j.kind AND n.rigs = j.rigs"
                         " JOIN results AS r ON r.work_key = n.work_key"

@@ -276,7 +276,7 @@ absl::StatusOr<std::vector<StudyScore>> PageReader::Scores(int64_t study_id) {
   std::vector<StudyScore> scores;
   RETURN_IF_ERROR(readers_->Read(kDeadline_s, [&](SqliteConnection& db) -> absl::Status {
     SqliteQuery query(db,
-                      "SELECT j.id, j.kind, j.input, r.bytes FROM study_results AS s"
+                      "SELECT j.id, j.kind, j.input, r.bytes, s.cursor FROM study_results AS s"
                       " JOIN all_jobs AS j ON j.id = s.job_id"
                       " JOIN results AS r ON r.work_key = s.work_key"
                       " WHERE s.study_id = ?1 ORDER BY s.cursor LIMIT 10000",

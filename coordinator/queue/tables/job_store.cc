@@ -203,7 +203,7 @@ ORDER BY ordinal, id)sql",
 
 absl::StatusOr<std::optional<JobRow>> JobStore::FindNewest(int64_t id) {
   ASSIGN_OR_RETURN(const auto newest, db_.Integer(R"sql(
-SELECT n.id FROM all_jobs AS j JOIN all_jobs AS n
+SELECT n.id, n.generation FROM all_jobs AS j JOIN all_jobs AS n
   ON n.variant_id = j.variant_id AND n.ordinal = j.ordinal AND n.kind = j.kind AND n.rigs = j.rigs
 WHERE j.id = ?1 ORDER BY n.generation DESC LIMIT 1)sql",
                                                   id));

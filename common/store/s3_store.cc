@@ -216,12 +216,15 @@ class S3Store final : public Store {
     S3Query query = {{"list-type", "2"}, {"encoding-type", "url"}, {"prefix", prefix}};
     while (true) {
       ASSIGN_OR_RETURN(const HttpAnswer answer, requests_.Ask({.method = "GET"}, "", query));
+      const bool is_encoded = Element(answer.body, "EncodingType") == "url";
       std::string_view rest = answer.body;
       for (std::string_view item; !(item = Element(rest, "Contents")).empty();) {
         rest = std::string_view(
             item.data() + item.size(),
             static_cast<size_t>(rest.data() + rest.size() - (item.data() + item.size())));
-        const std::string key = PercentDecode(Element(item, "Key"));
+        const std::string text = UnescapeXml(Element(item, "Key"));
+        const std::string key = is_encoded ? PercentDecode(text) : text;
+        if (key.ends_with('/')) continue;  // The mark of a folder that somebody made by hand.
         if (!key.starts_with(FolderKey())) {
           return DataLoss("s3: the server listed \"{}\", which does not begin with \"{}\"", key,
                           FolderKey());
@@ -238,7 +241,8 @@ class S3Store final : public Store {
         entry.modified_unix_s = UnixSecondsOf(Element(item, "LastModified"));
         entries.push_back(std::move(entry));
       }
-      const std::string next(Element(answer.body, "NextContinuationToken"));
+      // Ceph's is a key, as XML writes it.
+      const std::string next = UnescapeXml(Element(answer.body, "NextContinuationToken"));
       if (Element(answer.body, "IsTruncated") != "true" || next.empty()) return entries;
       query["continuation-token"] = next;
     }

@@ -3,12 +3,30 @@
 #include <cctype>
 #include <charconv>
 #include <ctime>
+#include <utility>
 
 namespace parallax {
 namespace {
 
 bool IsUnreserved(unsigned char c) {
   return std::isalnum(c) || c == '-' || c == '.' || c == '_' || c == '~';
+}
+
+// Returns the character of an entity's name; NUL if it is none of ASCII.
+char CharacterOf(std::string_view name) {
+  constexpr std::pair<std::string_view, char> kNamed[] = {
+      {"amp", '&'}, {"lt", '<'}, {"gt", '>'}, {"quot", '"'}, {"apos", '\''}};
+  for (const auto& [known, character] : kNamed) {
+    if (name == known) return character;
+  }
+  if (name.substr(0, 1) != "#") return '\0';
+  const bool is_hex = name.substr(1, 1) == "x";
+  name.remove_prefix(is_hex ? 2 : 1);
+  int code = 0;
+  const char* const end = name.data() + name.size();
+  const auto [at, error] = std::from_chars(name.data(), end, code, is_hex ? 16 : 10);
+  const bool is_ascii = error == std::errc() && at == end && code > 0 && code < 128;
+  return is_ascii ? static_cast<char>(code) : '\0';
 }
 
 }  // namespace
@@ -67,6 +85,18 @@ std::string EscapeXml(std::string_view text) {
                           : std::string(1, c);
   }
   return escaped;
+}
+
+std::string UnescapeXml(std::string_view text) {
+  std::string plain;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const size_t end = text[i] == '&' ? text.find(';', i) : std::string_view::npos;
+    const bool is_entity = end != std::string_view::npos;
+    const char character = is_entity ? CharacterOf(text.substr(i + 1, end - i - 1)) : '\0';
+    plain += character == '\0' ? text[i] : character;
+    if (character != '\0') i = end;
+  }
+  return plain;
 }
 
 }  // namespace parallax

@@ -15,7 +15,9 @@
 #include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
 #include <sstream>
+#include <thread>
 
 #include "common/base/hash.h"
 #include "common/base/system/file.h"
@@ -166,11 +168,28 @@ TEST(S3Store, AMissingBucketIsToldAtOnce) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("NoSuchBucket"));
 }
 
+// Reads a request with its body.
+std::string ReadRequest(int peer) {
+  std::string request;
+  char piece[4096];
+  for (ssize_t size; (size = read(peer, piece, sizeof piece)) > 0;) {
+    request.append(piece, static_cast<size_t>(size));
+    const size_t end = request.find("\r\n\r\n");
+    if (end == std::string::npos) continue;
+    const std::string name = "Content-Length: ";
+    const size_t field = request.find(name);
+    const size_t body = field < end ? std::stoul(request.substr(field + name.size())) : 0;
+    if (request.size() >= end + 4 + body) break;
+  }
+  return request;
+}
+
 // Answers the first requests with what it is told, each on its own connection: a status, and a body
-// after a line break.
+// after a line break. All answers have the lines `headers`, each with "\r\n" before it.
 class MoodyServer {
  public:
-  explicit MoodyServer(std::vector<std::string> answers) : answers_(std::move(answers)) {
+  explicit MoodyServer(std::vector<std::string> answers, std::string headers = "")
+      : answers_(std::move(answers)), headers_(std::move(headers)) {
     fd_ = socket(AF_INET, SOCK_STREAM, 0);
     sockaddr_in address{};
     address.sin_family = AF_INET;
@@ -185,11 +204,15 @@ class MoodyServer {
         const int peer = accept(fd_, nullptr, nullptr);
         if (peer < 0) return;
         ++answered;  // Before the client can know: it may look at once.
-        char request[4096];
-        if (!answer.empty() && read(peer, request, sizeof request) > 0) {
+        const std::string request = answer.empty() ? "" : ReadRequest(peer);
+        if (!request.empty()) {
+          {
+            const std::lock_guard lock(mu_);
+            requests_.push_back(request);
+          }
           const size_t status = std::min(answer.find('\n'), answer.size());
           const std::string body = answer.substr(std::min(status + 1, answer.size()));
-          const std::string whole = "HTTP/1.1 " + answer.substr(0, status) +
+          const std::string whole = "HTTP/1.1 " + answer.substr(0, status) + headers_ +
                                     "\r\nContent-Length: " + std::to_string(body.size()) +
                                     "\r\nConnection: close\r\n\r\n" + body;
           (void)!write(peer, whole.data(), whole.size());
@@ -204,10 +227,18 @@ class MoodyServer {
     close(fd_);
   }
   const std::string& endpoint() const { return endpoint_; }
+  // Returns the requests that were read.
+  std::vector<std::string> requests() {
+    const std::lock_guard lock(mu_);
+    return requests_;
+  }
   std::atomic<int> answered = 0;
 
  private:
   const std::vector<std::string> answers_;
+  const std::string headers_;
+  std::mutex mu_;
+  std::vector<std::string> requests_;  // Guarded by mu_.
   int fd_;
   std::string endpoint_;
   std::thread thread_;
@@ -236,6 +267,47 @@ TEST(S3Store, AListWithForeignKeysIsRefused) {
   const absl::Status status = (*store)->List("").status();
   EXPECT_TRUE(absl::IsDataLoss(status)) << status;
   EXPECT_THAT(status.message(), testing::HasSubstr("\"far\", which does not begin with \"farm"));
+}
+
+TEST(S3Store, MarksOfFoldersAreNoFiles) {
+  MoodyServer server(
+      {"200 OK", kMarkerAnswer,
+       "200 OK\n<ListBucketResult><Contents><Key>farm/</Key><Size>0</Size></Contents>"
+       "<Contents><Key>farm/content/</Key><Size>0</Size></Contents>"
+       "<Contents><Key>farm/content/ab</Key><Size>3</Size></Contents>"
+       "</ListBucketResult>"});
+  S3Options options = Options();
+  options.endpoint = server.endpoint();
+  options.prefix = "farm";
+  const auto store = OpenS3Store(options, {.read_only = true});
+  ASSERT_TRUE(store.ok()) << store.status();
+  const auto entries = (*store)->List("");
+  ASSERT_TRUE(entries.ok()) << entries.status();
+  ASSERT_EQ(entries->size(), 1u);
+  EXPECT_EQ((*entries)[0].path, "content/ab");
+}
+
+// Ceph continues after a key, which it writes as XML; some servers encode no keys.
+TEST(S3Store, AListGoesOnFromTokensAndKeysThatXmlWritesOtherwise) {
+  MoodyServer server(
+      {"200 OK", kMarkerAnswer,
+       "200 OK\n<ListBucketResult><IsTruncated>true</IsTruncated>"
+       "<NextContinuationToken>a&amp;b/c++/1</NextContinuationToken>"
+       "<Contents><Key>a&#38;b/c++/1</Key><Size>3</Size></Contents></ListBucketResult>",
+       "200 OK\n<ListBucketResult><EncodingType>url</EncodingType><IsTruncated>false</IsTruncated>"
+       "<Contents><Key>a%26b/c%2B%2B/x+2</Key><Size>3</Size></Contents></ListBucketResult>"});
+  S3Options options = Options();
+  options.endpoint = server.endpoint();
+  options.prefix = "a&b/c++";
+  const auto store = OpenS3Store(options, {.read_only = true});
+  ASSERT_TRUE(store.ok()) << store.status();
+  const auto entries = (*store)->List("");
+  ASSERT_TRUE(entries.ok()) << entries.status();
+  ASSERT_EQ(entries->size(), 2u);
+  EXPECT_EQ((*entries)[0].path, "1");
+  EXPECT_EQ((*entries)[1].path, "x 2");
+  ASSERT_EQ(server.requests().size(), 4u);
+  EXPECT_THAT(server.requests()[3], HasSubstr("continuation-token=a%26b%2Fc%2B%2B%2F1&"));
 }
 
 TEST(S3Store, AServerThatStaysAwayIsUnavailableAndARefusalIsNotRepeated) {

@@ -15,8 +15,10 @@
 namespace parallax {
 namespace {
 
+// 400 RequestTimeout: the body came too slowly, which is no mistake of the request.
 bool IsTransient(const HttpAnswer& answer) {
-  return answer.code == 0 || answer.code == 429 || answer.code >= 500;
+  return answer.code == 0 || answer.code == 429 || answer.code >= 500 ||
+         (answer.code == 400 && Element(answer.body, "Code") == "RequestTimeout");
 }
 
 // A HEAD's answer has no body that says so.
@@ -26,15 +28,19 @@ bool AreTooOld(const HttpAnswer& answer) {
          (answer.body.empty() && (answer.code == 400 || answer.code == 403));
 }
 
-absl::StatusCode CodeOfHttp(long http_code) {
-  switch (http_code) {
+absl::StatusCode CodeOf(const HttpAnswer& answer) {
+  switch (answer.code) {
+    case 301:  // The bucket is in another region, or has another endpoint.
+    case 307:
+      return absl::StatusCode::kFailedPrecondition;
     case 404:
       return absl::StatusCode::kNotFound;
     case 401:
     case 403:
       return absl::StatusCode::kPermissionDenied;
     case 400:
-      return absl::StatusCode::kFailedPrecondition;
+      return IsTransient(answer) ? absl::StatusCode::kUnavailable
+                                 : absl::StatusCode::kFailedPrecondition;
     case 507:
       return absl::StatusCode::kResourceExhausted;
     default:
@@ -56,8 +62,11 @@ absl::Status S3Error(const HttpAnswer& answer, const std::string& what) {
   if (const auto message = Element(answer.body, "Message"); !message.empty()) {
     why += fmt::format(": {}", message);
   }
+  if (const auto endpoint = Element(answer.body, "Endpoint"); !endpoint.empty()) {
+    why += fmt::format("; the endpoint is {}; set region or endpoint in the store's URI", endpoint);
+  }
   if (answer.code == 0) return Unavailable("{}: {}", what, answer.error);
-  return MakeError(CodeOfHttp(answer.code), fmt::format("{}: HTTP {} {}", what, answer.code, why));
+  return MakeError(CodeOf(answer), fmt::format("{}: HTTP {} {}", what, answer.code, why));
 }
 
 S3Requests::S3Requests(S3Options options)

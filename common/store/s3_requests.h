@@ -20,9 +20,9 @@ class S3Requests {
   explicit S3Requests(S3Options options);
 
   // Sends a request about the object `key`, or about the bucket if it is "". `request` needs no
-  // URL. Answers 429 and 5xx and broken connections are retried after a growing pause, and once
-  // with fresh credentials what was refused for their age. Returns the answer if its code is 2xx or
-  // `expected`. Errors: kUnavailable without an answer; those of S3Error.
+  // URL. Answers 429, 5xx and RequestTimeout and broken connections are retried after a growing
+  // pause, and once with fresh credentials what was refused for their age. Returns the answer if
+  // its code is 2xx or `expected`. Errors: kUnavailable without an answer; those of S3Error.
   absl::StatusOr<HttpAnswer> Ask(HttpRequest request, const std::string& key,
                                  const S3Query& query = {},
                                  const std::set<int>& expected = {}) const;
@@ -36,8 +36,8 @@ class S3Requests {
 };
 
 // Makes the error that an answer tells. `what` is the request. Errors: kNotFound (404),
-// kPermissionDenied (401, 403), kFailedPrecondition (400), kResourceExhausted (507), or
-// kUnavailable.
+// kPermissionDenied (401, 403), kFailedPrecondition (301, 307, 400), kResourceExhausted (507), or
+// kUnavailable, also for 400 RequestTimeout.
 absl::Status S3Error(const HttpAnswer& answer, const std::string& what);
 
 }  // namespace parallax

@@ -69,12 +69,8 @@ class S3Store final : public Store {
   absl::Status PutFile(std::string_view path, const std::string& local_path, const StoreFile& facts,
                        bool) override {
     RETURN_IF_ERROR(CheckStorePath(path));
-    ASSIGN_OR_RETURN(const HttpAnswer there,
-                     requests_.Ask({.method = "HEAD"}, KeyOf(path), {}, {404}));
-    const auto hash = there.headers.find(kHashHeader);
-    if (there.code == 200 && hash != there.headers.end() && hash->second == facts.sha256) {
-      return absl::OkStatus();
-    }
+    ASSIGN_OR_RETURN(const bool is_there, HasHash(KeyOf(path), facts.sha256));
+    if (is_there) return absl::OkStatus();
     // Read as it is sent: a worker has many files under way, and better use for its memory.
     const OpenFile file(local_path);
     if (file.fd < 0) return ErrnoError(errno, "open " + local_path);
@@ -173,6 +169,13 @@ class S3Store final : public Store {
         .status();
   }
 
+  // Returns whether the object is there and was put with this hash.
+  absl::StatusOr<bool> HasHash(const std::string& key, const std::string& sha256) const {
+    ASSIGN_OR_RETURN(const HttpAnswer there, requests_.Ask({.method = "HEAD"}, key, {}, {404}));
+    const auto hash = there.headers.find(kHashHeader);
+    return there.code == 200 && hash != there.headers.end() && hash->second == sha256;
+  }
+
   // Sends a file in parts. The object becomes visible with the last request.
   absl::Status PutInParts(const std::string& key, const HttpBody& body, const std::string& sha256) {
     ASSIGN_OR_RETURN(const HttpAnswer begun,
@@ -180,14 +183,15 @@ class S3Store final : public Store {
                                    {{"uploads", ""}}));
     const std::string upload(Element(begun.body, "UploadId"));
     if (upload.empty()) return Unavailable("s3: no id for an upload in parts");
-    const absl::Status status = PutParts(key, body, upload);
+    const absl::Status status = PutParts(key, body, upload, sha256);
     if (!status.ok()) {
       requests_.Ask({.method = "DELETE"}, key, {{"uploadId", upload}}).status().IgnoreError();
     }
     return status;
   }
 
-  absl::Status PutParts(const std::string& key, const HttpBody& body, const std::string& upload) {
+  absl::Status PutParts(const std::string& key, const HttpBody& body, const std::string& upload,
+                        const std::string& whole_sha256) {
     std::string done = "<CompleteMultipartUpload>";
     int number = 1;
     for (int64_t at = 0; at < body.size(); at += options_.part_bytes, ++number) {
@@ -203,9 +207,13 @@ class S3Store final : public Store {
                           EscapeXml(tag->second));
     }
     done += "</CompleteMultipartUpload>";
-    ASSIGN_OR_RETURN(
-        const HttpAnswer answer,
-        requests_.Ask({.method = "POST", .body = {.bytes = done}}, key, {{"uploadId", upload}}));
+    ASSIGN_OR_RETURN(const HttpAnswer answer,
+                     requests_.Ask({.method = "POST", .body = {.bytes = done}}, key,
+                                   {{"uploadId", upload}}, {404}));
+    if (answer.code == 404) {  // A first try, whose answer was lost, may have completed it.
+      ASSIGN_OR_RETURN(const bool is_complete, HasHash(key, whole_sha256));
+      return is_complete ? absl::OkStatus() : S3Error(answer, "s3 parts of " + key);
+    }
     // The call may fail with 200, because the server answers before it knows.   Source: S3's API.
     if (answer.body.find("<Error>") != std::string::npos) return S3Error(answer, "s3 parts");
     return absl::OkStatus();

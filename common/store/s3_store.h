@@ -2,8 +2,8 @@
 // only this folder uses libcurl. s3_options.h has the URI and the environment.
 //
 // S3 promises that an object is there whole or not at all, and durable when Put returns. The server
-// checks each object's SHA-256. Files larger than 64 MiB are sent in parts. Answers 429 and 5xx and
-// broken connections are retried after a growing pause.
+// checks each object's SHA-256. Files larger than 64 MiB are sent in parts. Answers 429, 5xx and
+// RequestTimeout and broken connections are retried after a growing pause.
 #pragma once
 
 #include <memory>

@@ -20,7 +20,8 @@ std::string_view Element(std::string_view xml, const std::string& name);
 double UnixSecondsOf(std::string_view time);
 // Returns the text with the characters & < > " as XML writes them.
 std::string EscapeXml(std::string_view text);
-// Returns the text with entities of ASCII characters ("&amp;", "&#38;", "&#x26;") as what they mean.
+// Returns the text with entities of ASCII characters ("&amp;", "&#38;", "&#x26;") as what they
+// mean.
 std::string UnescapeXml(std::string_view text);
 
 }  // namespace parallax

@@ -310,6 +310,49 @@ TEST(S3Store, AListGoesOnFromTokensAndKeysThatXmlWritesOtherwise) {
   EXPECT_THAT(server.requests()[3], HasSubstr("continuation-token=a%26b%2Fc%2B%2B%2F1&"));
 }
 
+TEST(S3Store, ABodyThatCameTooSlowlyIsSentAgainAndIsNoMistake) {
+  const std::string slow = "400 Bad Request\n<Error><Code>RequestTimeout</Code></Error>";
+  MoodyServer server({"200 OK", kMarkerAnswer, slow, "200 OK", slow, slow});
+  S3Options options = Options();
+  options.endpoint = server.endpoint();
+  options.tries = 2;
+  const auto store = OpenS3Store(options, {.read_only = true});
+  ASSERT_TRUE(store.ok()) << store.status();
+  EXPECT_TRUE((*store)->Put("a/b", "x").ok());
+  EXPECT_TRUE(absl::IsUnavailable((*store)->Put("a/b", "x")));
+  EXPECT_EQ(server.answered, 6);
+}
+
+TEST(S3Store, AnUploadInPartsWhoseLastAnswerIsLostIsComplete) {
+  const std::string bytes = "12345678";
+  const std::string gone = "404 Not Found\n<Error><Code>NoSuchUpload</Code></Error>";
+  const std::vector<std::string> answers = {
+      "200 OK", kMarkerAnswer, "200 OK\n<UploadId>u</UploadId>",
+      "200 OK", "200 OK",      "" /* of the last request */,
+      gone,     "200 OK"};
+  MoodyServer server(answers, "\r\nETag: \"t\"\r\nx-amz-meta-sha256: " + Sha256Hex(bytes));
+  S3Options options = Options();
+  options.endpoint = server.endpoint();
+  options.part_bytes = 4;
+  const auto store = OpenS3Store(options, {.read_only = true});
+  ASSERT_TRUE(store.ok()) << store.status();
+  const absl::Status put = (*store)->Put("a/b", bytes);
+  EXPECT_TRUE(put.ok()) << put;
+  EXPECT_EQ(server.answered, 8);
+}
+
+TEST(S3Store, ABucketOfAnotherRegionIsTold) {
+  MoodyServer server(
+      {"301 Moved Permanently\n<Error><Code>PermanentRedirect</Code>"
+       "<Endpoint>results.s3.eu-west-1.amazonaws.com</Endpoint></Error>"});
+  S3Options options = Options();
+  options.endpoint = server.endpoint();
+  const absl::Status status = OpenS3Store(options).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+  EXPECT_THAT(std::string(status.message()),
+              HasSubstr("the endpoint is results.s3.eu-west-1.amazonaws.com; set region"));
+}
+
 TEST(S3Store, AServerThatStaysAwayIsUnavailableAndARefusalIsNotRepeated) {
   MoodyServer server({"503 Slow Down", "503 Slow Down", "403 Forbidden"});
   S3Options options = Options();

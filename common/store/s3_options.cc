@@ -68,10 +68,14 @@ absl::StatusOr<S3Options> ParseS3Uri(std::string_view uri) {
     if (!prefix.ok()) return BadUri(uri, std::string(ToStd(prefix.message())));
   }
   if (options.region.empty()) options.region = "us-east-1";
-  options.path_style = path_style.value_or(!options.endpoint.empty());
-  if (options.endpoint.empty())
-    options.endpoint = "https://s3." + options.region + ".amazonaws.com";
-  while (options.endpoint.back() == '/') options.endpoint.pop_back();
+  // A certificate for *.s3.REGION.amazonaws.com is not one for a host with another dot.
+  const bool has_dot = options.bucket.find('.') != std::string::npos;
+  options.path_style = path_style.value_or(!options.endpoint.empty() || has_dot);
+  if (options.endpoint.empty()) {
+    const bool is_china = options.region.starts_with("cn-");
+    options.endpoint = "https://s3." + options.region + ".amazonaws.com" + (is_china ? ".cn" : "");
+  }
+  while (options.endpoint.ends_with('/')) options.endpoint.pop_back();
   if (options.endpoint.rfind("http://", 0) != 0 && options.endpoint.rfind("https://", 0) != 0) {
     return BadUri(uri, "endpoint '" + options.endpoint + "' is neither http:// nor https://");
   }

@@ -5,7 +5,8 @@
 // endpoint    another server than AWS (default $AWS_ENDPOINT_URL_S3, $AWS_ENDPOINT_URL); its
 //             buckets are then addressed by path
 // region      default $AWS_REGION, $AWS_DEFAULT_REGION, us-east-1
-// path_style  1: endpoint/bucket/key, 0: bucket.endpoint/key (default: 1 with an endpoint)
+// path_style  1: endpoint/bucket/key, 0: bucket.endpoint/key (default: 1 with an endpoint or a
+//             bucket whose name has a dot)
 //
 // Credentials come from the environment only, never from the URI, which is shown and logged:
 // AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_SESSION_TOKEN; or, without these, from the

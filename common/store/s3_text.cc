@@ -12,6 +12,8 @@ bool IsUnreserved(unsigned char c) {
   return std::isalnum(c) || c == '-' || c == '.' || c == '_' || c == '~';
 }
 
+bool IsHexDigit(char c) { return std::isxdigit(static_cast<unsigned char>(c)) != 0; }
+
 // Returns the character of an entity's name; NUL if it is none of ASCII.
 char CharacterOf(std::string_view name) {
   constexpr std::pair<std::string_view, char> kNamed[] = {
@@ -49,8 +51,10 @@ std::string PercentDecode(std::string_view text) {
   std::string decoded;
   for (size_t i = 0; i < text.size(); ++i) {
     int value = 0;
-    if (text[i] == '%' && i + 2 < text.size() &&
-        std::from_chars(text.data() + i + 1, text.data() + i + 3, value, 16).ec == std::errc()) {
+    const bool is_code =
+        text[i] == '%' && i + 2 < text.size() && IsHexDigit(text[i + 1]) && IsHexDigit(text[i + 2]);
+    if (is_code) {
+      std::from_chars(text.data() + i + 1, text.data() + i + 3, value, 16);
       decoded += static_cast<char>(value);
       i += 2;
     } else {

@@ -415,9 +415,22 @@ TEST_F(S3UriTest, BucketPrefixAndSettingsAreRead) {
   EXPECT_EQ(ParseS3Uri("s3://data")->region, "here");
 }
 
+TEST_F(S3UriTest, ABucketWithADotIsInThePathAndChinaHasAnEndOfItsOwn) {
+  EXPECT_TRUE(ParseS3Uri("s3://my.data")->path_style);
+  EXPECT_FALSE(ParseS3Uri("s3://my.data?path_style=0")->path_style);
+  EXPECT_EQ(ParseS3Uri("s3://data?region=cn-north-1")->endpoint,
+            "https://s3.cn-north-1.amazonaws.com.cn");
+}
+
+TEST_F(S3UriTest, APercentSignThatBeginsNoCodeStays) {
+  EXPECT_EQ(ParseS3Uri("s3://data?endpoint=http://minio%3A9000/%1g%-1%")->endpoint,
+            "http://minio:9000/%1g%-1%");
+}
+
 TEST_F(S3UriTest, MistakesAreNamed) {
-  for (const char* uri : {"s3://", "s3:///a", "s3://b/../c", "s3://b?colour=red",
-                          "s3://b?endpoint=ftp://x", "s3://b?path_style=yes"}) {
+  for (const char* uri :
+       {"s3://", "s3:///a", "s3://b/../c", "s3://b?colour=red", "s3://b?endpoint=ftp://x",
+        "s3://b?endpoint=/", "s3://b?path_style=yes"}) {
     EXPECT_EQ(ParseS3Uri(uri).status().code(), absl::StatusCode::kInvalidArgument) << uri;
   }
   unsetenv("AWS_SECRET_ACCESS_KEY");

@@ -1,11 +1,13 @@
 #include "coordinator/rpc/storage/store_claim.h"
 
+#include "common/base/seconds.h"
 #include "coordinator/rpc/workers/output_check.h"
 
 namespace parallax {
 namespace {
 
 constexpr size_t kMostSeen = 100'000;
+constexpr double kRestsPerWait = 10;
 constexpr char kAdopt[] =
     "; if this is to be the database's store from now on, start once with --adopt-store; "
     "what is missing there is then found and made again";
@@ -53,25 +55,44 @@ absl::StatusOr<std::unique_ptr<Store>> ClaimStore(const std::string& uri, const 
   return store;
 }
 
-FilePresence::FilePresence(const Store& store)
-    : store_(store), is_far_(!store.LocalPath("here").ok()) {}
+FilePresence::FilePresence(const Store& store, Clock& clock)
+    : store_(store), clock_(clock), is_far_(!store.LocalPath("here").ok()) {}
 
 bool FilePresence::Has(const std::vector<JobKind::OutputFile>& files) {
+  if (!is_far_) return MayBeThere(WhyNotInStore(store_, files));
   const std::string folder = CommonFolder(files);
-  if (is_far_) {
-    const std::lock_guard lock(mutex_);
-    if (seen_.count(folder) > 0) return true;
+  const std::lock_guard lock(mutex_);
+  const SteadyTime begin = clock_.Steady();
+  if (begin < ask_at_ || seen_.count(folder) > 0) return true;
+  const auto why = WhyNotThere(files);
+  if (!why.ok()) {
+    const SteadyTime now = clock_.Steady();
+    ask_at_ = SecondsAfter(now, kRestsPerWait * SecondsBetween(begin, now));
   }
-  const auto why = WhyNotInStore(store_, files);
-  // A store that can't be asked, or is not there at all, says nothing of its files.
-  if (!why.ok()) return true;
-  if (!why->empty()) return !store_.CheckMarker().ok();
-  if (is_far_) {
-    const std::lock_guard lock(mutex_);
-    if (seen_.size() >= kMostSeen) seen_.clear();
-    seen_.insert(folder);
-  }
+  const bool may_be = MayBeThere(why);
+  if (!why.ok() || !why->empty()) return may_be;
+  if (seen_.size() >= kMostSeen) seen_.clear();
+  seen_.insert(folder);
   return true;
+}
+
+bool FilePresence::MayBeThere(const absl::StatusOr<std::string>& why_not) const {
+  // A store that can't be asked, or is not there at all, says nothing of its files.
+  return !why_not.ok() || why_not->empty() || !store_.CheckMarker().ok();
+}
+
+absl::StatusOr<std::string> FilePresence::WhyNotThere(
+    const std::vector<JobKind::OutputFile>& files) {
+  const auto list = [this](const std::string& folder) -> absl::StatusOr<std::vector<StoreEntry>> {
+    if (folder != listed_) {
+      ASSIGN_OR_RETURN(entries_, store_.List(folder));
+      listed_ = folder;
+    }
+    return entries_;
+  };
+  ASSIGN_OR_RETURN(const std::string why, WhyNotListed(list, files));
+  if (why.empty()) return why;
+  return WhyNotInStore(store_, files);  // The list may be old.
 }
 
 }  // namespace parallax

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "common/base/system/clock.h"
 #include "common/store/store.h"
 #include "coordinator/queue/stored_outputs.h"
 
@@ -24,20 +25,32 @@ namespace parallax {
 absl::StatusOr<std::unique_ptr<Store>> ClaimStore(const std::string& uri, const KnownStore& known,
                                                   bool adopt);
 
-// Answers whether results' files are in the store, for JobQueueOptions::files_there. Folders of a
-// store that is far away are asked for once. Thread-safe.
+// Answers whether results' files are in the store, for JobQueueOptions::files_there: all that the
+// queue writes waits for the answer. A store that is far away is asked once for each folder, and
+// lists an attempt once for its results in a row. If it can't be asked, it is not asked again for
+// ten times as long as that took. Thread-safe.
 class FilePresence {
  public:
-  // `store` must outlive the object.
-  explicit FilePresence(const Store& store);
+  // `store` and `clock` must outlive the object.
+  explicit FilePresence(const Store& store, Clock& clock = Clock::System());
   // Returns false only if the store is the right one and lacks a file, or has it with another size.
   bool Has(const std::vector<JobKind::OutputFile>& files);
 
  private:
+  // Whether the store's answer says that the files are there.
+  bool MayBeThere(const absl::StatusOr<std::string>& why_not) const;
+  // Of a far store; requires mutex_.
+  absl::StatusOr<std::string> WhyNotThere(const std::vector<JobKind::OutputFile>& files);
+
   const Store& store_;
+  Clock& clock_;
   const bool is_far_;
   std::mutex mutex_;
-  std::set<std::string> seen_;  // Folders of a far store that were whole. Guarded by mutex_.
+  // Of a far store; guarded by mutex_.
+  std::set<std::string> seen_;  // Folders that were whole.
+  std::string listed_;          // The last attempt's folder that was listed.
+  std::vector<StoreEntry> entries_;
+  SteadyTime ask_at_{};
 };
 
 }  // namespace parallax

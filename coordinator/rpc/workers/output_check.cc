@@ -22,13 +22,18 @@ std::string AttemptFolderOf(const std::string& path) {
 
 absl::StatusOr<std::string> WhyNotInStore(const Store& store,
                                           const std::vector<JobKind::OutputFile>& files) {
+  return WhyNotListed([&store](const std::string& folder) { return store.List(folder); }, files);
+}
+
+absl::StatusOr<std::string> WhyNotListed(const FolderLister& list,
+                                         const std::vector<JobKind::OutputFile>& files) {
   std::map<std::string, std::map<std::string, int64_t>> folders;  // Sizes by path, by folder.
   for (const JobKind::OutputFile& file : files) {
     const std::string folder = AttemptFolderOf(file.path);
     if (folder.empty() || !CheckStorePath(folder).ok()) continue;
     const auto [sizes, is_new] = folders.try_emplace(folder);
     if (is_new) {
-      ASSIGN_OR_RETURN(const std::vector<StoreEntry> entries, store.List(folder));
+      ASSIGN_OR_RETURN(const std::vector<StoreEntry> entries, list(folder));
       for (const StoreEntry& entry : entries) sizes->second[entry.path] = entry.size;
     }
     const auto found = sizes->second.find(file.path);

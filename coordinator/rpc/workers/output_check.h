@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,13 @@ namespace parallax {
 // attempts' folders are left to the queue's own check. Errors: those of Store::List.
 absl::StatusOr<std::string> WhyNotInStore(const Store& store,
                                           const std::vector<JobKind::OutputFile>& files);
+
+// Lists a folder as Store::List does.
+using FolderLister =
+    std::function<absl::StatusOr<std::vector<StoreEntry>>(const std::string& folder)>;
+// As WhyNotInStore, with the lists of `list`. Errors: those of `list`.
+absl::StatusOr<std::string> WhyNotListed(const FolderLister& list,
+                                         const std::vector<JobKind::OutputFile>& files);
 
 // Returns an empty text if one of `files`, which `draw` chooses, has the stated content, else what
 // is wrong: workers write into a shared store by themselves, so that their hashes are hearsay until

@@ -34,18 +34,23 @@ absl::StatusOr<int> JobArchive::Add(int64_t study, int limit) {
   return static_cast<int>(ids.size());
 }
 
+// The archive has an index of variants and none of studies.
+#define PARALLAX_OF_STUDY " WHERE variant_id IN (SELECT id FROM variants WHERE study_id = ?1)"
+
 absl::Status JobArchive::Restore(int64_t study) {
-  for (const char* sql : {"INSERT INTO jobs SELECT * FROM archived_jobs WHERE study_id = ?1",
-                          "INSERT INTO attempt_losses SELECT l.* FROM archived_losses AS l"
-                          " JOIN archived_jobs AS a ON a.id = l.job_id WHERE a.study_id = ?1",
+  for (const char* sql : {"INSERT INTO jobs SELECT * FROM archived_jobs" PARALLAX_OF_STUDY,
+                          "INSERT INTO attempt_losses SELECT * FROM archived_losses WHERE job_id IN"
+                          " (SELECT id FROM archived_jobs" PARALLAX_OF_STUDY ")",
                           "DELETE FROM archived_losses WHERE job_id IN"
-                          " (SELECT id FROM archived_jobs WHERE study_id = ?1)",
-                          "DELETE FROM archived_jobs WHERE study_id = ?1",
+                          " (SELECT id FROM archived_jobs" PARALLAX_OF_STUDY ")",
+                          "DELETE FROM archived_jobs" PARALLAX_OF_STUDY,
                           "UPDATE studies SET archived = 0 WHERE id = ?1"}) {
     RETURN_IF_ERROR(db_.Run(sql, study));
   }
   return absl::OkStatus();
 }
+
+#undef PARALLAX_OF_STUDY
 
 absl::StatusOr<int> JobArchive::Remove(int64_t study, int limit) {
   ASSIGN_OR_RETURN(

@@ -25,10 +25,10 @@ int NoteWholeRead(unsigned, void*, void* ended, void*) {
   const int rows = sqlite3_stmt_status(statement, SQLITE_STMTSTATUS_FULLSCAN_STEP, 1) +
                    sqlite3_stmt_status(statement, SQLITE_STMTSTATUS_AUTOINDEX, 1);
   const std::lock_guard lock(whole_reads_mu);
-  if (whole_reads != nullptr && rows > 0 && sql != nullptr &&
-      std::string(sql).find("all_jobs") != std::string::npos) {
-    whole_reads->push_back(sql);
-  }
+  const std::string text = sql == nullptr ? "" : sql;
+  const bool is_of_jobs =
+      text.find("all_jobs") != std::string::npos || text.find("archived_") != std::string::npos;
+  if (whole_reads != nullptr && rows > 0 && is_of_jobs) whole_reads->push_back(text);
   return 0;
 }
 
@@ -43,19 +43,20 @@ class ManyJobsTest : public TrainQueueTest {
     TrainQueueTest::SetUp();
   }
   ~ManyJobsTest() override {
+    Note(nullptr);
     sqlite3_cancel_auto_extension(reinterpret_cast<void (*)()>(&WatchConnection));
   }
   static void Note(std::vector<std::string>* to) {
     const std::lock_guard lock(whole_reads_mu);
     whole_reads = to;
   }
+  std::vector<std::string> noted_;
 };
 
 TEST_F(ManyJobsTest, TrainingsScoresAndCostsReadNoWholeTableOfJobs) {
   const StudyId study = SubmitRequest(WithTrainings(Request({.pairs = 2, .variants = {"wide"}})));
   MakePairs();
-  std::vector<std::string> noted;
-  Note(&noted);
+  Note(&noted_);
   TrainAll();
   EvaluateAll();
   EXPECT_TRUE(queue_->CostsOf(study).ok());
@@ -65,7 +66,29 @@ TEST_F(ManyJobsTest, TrainingsScoresAndCostsReadNoWholeTableOfJobs) {
   Note(nullptr);
   ASSERT_TRUE(scores.ok()) << scores.status();
   EXPECT_THAT(*scores, Not(IsEmpty()));
-  EXPECT_THAT(noted, IsEmpty());
+  EXPECT_THAT(noted_, IsEmpty());
+}
+
+TEST_F(ManyJobsTest, AStudyComesBackFromTheArchiveWithoutAReadOfAllOfIt) {
+  options_.archive_after_s = 1000;
+  Reopen();
+  const StudyId study = Submit({.name = "old"});
+  WorkOff(AnyWorker("w"));
+  const auto outputs = queue_->ListStoredOutputs("", 1);
+  ASSERT_TRUE(outputs.ok()) << outputs.status();
+  ASSERT_THAT(*outputs, Not(IsEmpty()));
+  Submit({.name = "new", .seed = 2});
+  clock_.Advance(2000);
+  for (int i = 0; i < 5; ++i) Tick();
+  ASSERT_GT(queue_->Stats().archived_jobs, 0u);
+  Note(&noted_);
+  const DamagedResult damaged{(*outputs)[0].key, (*outputs)[0].folder, "a bit has flipped"};
+  const auto taken = queue_->TakeBack({damaged}, "tester");
+  Note(nullptr);
+  ASSERT_TRUE(taken.ok()) << taken.status();
+  EXPECT_EQ(taken->jobs, 1);
+  EXPECT_EQ(State(study), v1::STUDY_STATE_RUNNING);
+  EXPECT_THAT(noted_, IsEmpty());
 }
 
 }  // namespace

@@ -310,6 +310,32 @@ TEST(S3Store, AListGoesOnFromTokensAndKeysThatXmlWritesOtherwise) {
   EXPECT_THAT(server.requests()[3], HasSubstr("continuation-token=a%26b%2Fc%2B%2B%2F1&"));
 }
 
+TEST(S3Store, AListThatIsCutOffWithoutAContinuationIsRefused) {
+  MoodyServer server({"200 OK", kMarkerAnswer,
+                      "200 OK\n<ListBucketResult><IsTruncated>true</IsTruncated><Contents><Key>k/1"
+                      "</Key><Size>3</Size></Contents></ListBucketResult>"});
+  S3Options options = Options();
+  options.endpoint = server.endpoint();
+  options.prefix = "k";
+  const auto store = OpenS3Store(options, {.read_only = true});
+  ASSERT_TRUE(store.ok()) << store.status();
+  const absl::Status status = (*store)->List("").status();
+  EXPECT_TRUE(absl::IsUnimplemented(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("wanted is a server that knows"));
+}
+
+TEST(S3Store, APieceIsCutFromAnAnswerThatIsTheWholeFile) {
+  const std::string whole = "200 OK\n0123456789";
+  MoodyServer server({"200 OK", kMarkerAnswer, whole, whole, whole});
+  S3Options options = Options();
+  options.endpoint = server.endpoint();
+  const auto store = OpenS3Store(options, {.read_only = true});
+  ASSERT_TRUE(store.ok()) << store.status();
+  EXPECT_EQ(*(*store)->GetPiece("k/a", 0, 4), "0123");
+  EXPECT_EQ(*(*store)->GetPiece("k/a", 8, 100), "89");
+  EXPECT_EQ(*(*store)->GetPiece("k/a", 10, 5), "");
+}
+
 TEST(S3Store, ABodyThatCameTooSlowlyIsSentAgainAndIsNoMistake) {
   const std::string slow = "400 Bad Request\n<Error><Code>RequestTimeout</Code></Error>";
   MoodyServer server({"200 OK", kMarkerAnswer, slow, "200 OK", slow, slow});

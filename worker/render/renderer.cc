@@ -78,12 +78,12 @@ class SceneRenderer final : public Renderer {
                                      const ProgressFn& progress) {
     ASSIGN_OR_RETURN(const StereoCamera stereo, StereoCamera::FromRig(rig));
     std::vector<const Pass*> passes;
-    int64_t bytes_per_pixel = 0, films = 0;
+    int64_t bytes_per_pixel = 0, traced = 0;
     for (const Pass* pass : passes_) {
       if (pass->applies && !pass->applies(rig)) continue;
       passes.push_back(pass);
       bytes_per_pixel += pass->bytes_per_pixel;
-      films += pass->films;
+      if (pass->pixels) traced += pass->pixels(rig);
     }
     RETURN_IF_ERROR(CheckMemory(fmt::format("render: images of rig {}", rig.index()),
                                 bytes_per_pixel * rig.width_px() * rig.height_px()));
@@ -91,9 +91,9 @@ class SceneRenderer final : public Renderer {
     const std::string eye_key = LeftEyeKey(rig, pairing);
     const auto& left = scene_.kept_left;
     const KeptLeft* kept = pairing.shared() && left && left->eye == eye_key ? &*left : nullptr;
-    const auto traced = static_cast<double>(films - (kept ? 1 : 0));
+    if (kept) traced -= int64_t{rig.width_px()} * rig.height_px();
     Shot shot{rig,     stereo, pairing,
-              eye_key, kept,   TraceMeter(progress, traced * rig.width_px() * rig.height_px()),
+              eye_key, kept,   TraceMeter(progress, static_cast<double>(traced)),
               {},      0};
     for (const Pass* pass : passes) {
       const SteadyTime start = Clock::System().Steady();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -322,6 +323,28 @@ TEST(CameraModels, WithoutTheMapRawNothingOfItIsRendered) {
   EXPECT_FALSE(b->raw_left.color.empty());
   EXPECT_EQ(a->left.color, b->left.color) << "the rectified pair is the same";
   EXPECT_EQ(a->right.disparity_px, b->right.disparity_px);
+}
+
+TEST(CameraModels, ProgressCountsRawPicturesOfAnotherSize) {
+  const TestScene scene = SmoothScene();
+  v1::RenderConfig config = MakeConfig(1, 1, false);
+  config.add_maps("raw");
+  auto renderer = *Renderer::Create(scene.recipe, scene.geometry, config);
+  for (const double scale : {0.5, 2.0}) {
+    v1::Rig rig = MakeRig({0, 0, 0}, {0.05, 1, 0.03}, 64, 32, 40, 0.12);
+    const RawIntrinsics raw{{40, 40, 32, 16}, 64, 32, {}};
+    SetRaw(raw, scale, rig.mutable_raw_left());
+    SetRaw(raw, scale, rig.mutable_raw_right());
+    std::mutex mutex;
+    double highest = 0;  // While the pictures are traced.
+    const auto frame = renderer->RenderRig(rig, {}, [&](double fraction) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      EXPECT_LE(fraction, 1.0) << scale;
+      if (fraction < 1) highest = std::max(highest, fraction);
+    });
+    ASSERT_TRUE(frame.ok()) << frame.status();
+    EXPECT_NEAR(highest, 0.95, 1e-6) << scale;
+  }
 }
 
 }  // namespace

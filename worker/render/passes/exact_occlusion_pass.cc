@@ -11,7 +11,7 @@ absl::Status RunExactOcclusion(PassScene& scene, Shot& shot, const CancelToken& 
 
 }  // namespace
 
-extern const Pass kExactOcclusionPass{"exact_occlusion", &StereoFrame::truth_s, 0, 0,
+extern const Pass kExactOcclusionPass{"exact_occlusion", &StereoFrame::truth_s, 0, nullptr,
                                       nullptr,           &RunExactOcclusion};
 
 }  // namespace parallax

@@ -166,6 +166,8 @@ class FilmPass {
   std::optional<Film> films_[2];
 };
 
+int64_t PixelsOfPair(const v1::Rig& rig) { return int64_t{2} * rig.width_px() * rig.height_px(); }
+
 absl::Status RunFilm(PassScene& scene, Shot& shot, const CancelToken& cancel) {
   return FilmPass(scene, shot, cancel).Run();
 }
@@ -174,6 +176,6 @@ absl::Status RunFilm(PassScene& scene, Shot& shot, const CancelToken& cancel) {
 
 // The bytes are those of both eyes' films and maps, the denoiser's buffers, and one eye's
 // visibility buffer.
-extern const Pass kFilmPass{"film", nullptr, 464, 2, nullptr, &RunFilm};
+extern const Pass kFilmPass{"film", nullptr, 464, &PixelsOfPair, nullptr, &RunFilm};
 
 }  // namespace parallax

@@ -12,6 +12,6 @@ absl::Status RunFlow(PassScene& scene, Shot& shot, const CancelToken& cancel) {
 
 }  // namespace
 
-extern const Pass kFlowPass{"flow", &StereoFrame::truth_s, 52, 0, nullptr, &RunFlow};
+extern const Pass kFlowPass{"flow", &StereoFrame::truth_s, 52, nullptr, nullptr, &RunFlow};
 
 }  // namespace parallax

@@ -17,6 +17,7 @@ absl::Status RunInfrared(PassScene& scene, Shot& shot, const CancelToken& cancel
 
 }  // namespace
 
-extern const Pass kInfraredPass{"infrared", &StereoFrame::trace_s, 0, 0, nullptr, &RunInfrared};
+extern const Pass kInfraredPass{"infrared", &StereoFrame::trace_s, 0, nullptr,
+                                nullptr,    &RunInfrared};
 
 }  // namespace parallax

@@ -29,6 +29,6 @@ absl::Status RunLayers(PassScene& scene, Shot& shot, const CancelToken& cancel) 
 
 }  // namespace
 
-extern const Pass kLayersPass{"layers", &StereoFrame::truth_s, 80, 0, nullptr, &RunLayers};
+extern const Pass kLayersPass{"layers", &StereoFrame::truth_s, 80, nullptr, nullptr, &RunLayers};
 
 }  // namespace parallax

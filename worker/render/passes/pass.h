@@ -100,7 +100,8 @@ struct Pass {
   std::string_view name;         // As FrameMap::pass.
   double StereoFrame::*seconds;  // Where its time is added; null: it adds that itself.
   int bytes_per_pixel;           // Memory for both eyes.
-  int films;                     // Films that it traces, for the pair's progress.
+  // Returns the number of pixels that it traces, for the pair's progress; null: none.
+  int64_t (*pixels)(const v1::Rig& rig);
   // Returns whether a rig has what the pass needs; null: every rig has.
   bool (*applies)(const v1::Rig& rig);
   // Fills its maps of shot.frame. Errors: kCancelled; kResourceExhausted; those of what it calls.

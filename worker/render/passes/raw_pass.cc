@@ -14,6 +14,12 @@ constexpr int kFirstStream = 2;      // The eyes' streams: no two pictures share
 
 bool HasRawCameras(const v1::Rig& rig) { return rig.has_raw_left(); }
 
+int64_t PixelsOfRawPair(const v1::Rig& rig) {
+  const v1::RawCamera &left = rig.raw_left(), &right = rig.raw_right();
+  return int64_t{left.width_px()} * left.height_px() +
+         int64_t{right.width_px()} * right.height_px();
+}
+
 absl::Status RunRaw(PassScene& scene, Shot& shot, const CancelToken& cancel) {
   const v1::Rig& rig = shot.rig;
   StereoFrame* frame = &shot.frame;
@@ -47,6 +53,7 @@ absl::Status RunRaw(PassScene& scene, Shot& shot, const CancelToken& cancel) {
 
 }  // namespace
 
-extern const Pass kRawPass{"raw", &StereoFrame::trace_s, 0, 2, &HasRawCameras, &RunRaw};
+extern const Pass kRawPass{"raw",  &StereoFrame::trace_s, 0, &PixelsOfRawPair, &HasRawCameras,
+                           &RunRaw};
 
 }  // namespace parallax

@@ -24,6 +24,6 @@ absl::Status RunTruth(PassScene& scene, Shot& shot, const CancelToken& cancel) {
 
 }  // namespace
 
-extern const Pass kTruthPass{"truth", &StereoFrame::truth_s, 0, 0, nullptr, &RunTruth};
+extern const Pass kTruthPass{"truth", &StereoFrame::truth_s, 0, nullptr, nullptr, &RunTruth};
 
 }  // namespace parallax

@@ -4,7 +4,7 @@ namespace parallax {
 
 LightTrial TrialOf(const LightTable& lights, const LightReceiver& at, int32_t light, float pdf,
                    float irradiance) {
-  if (at.room < 0) return {};
+  if (at.room < 0 || !(at.total > 0.0f)) return {};  // No light was to be sampled.
   const float gain = lights.EnclosureAt(at.room)->gains.Of(at.cell, light);
   const float arrived = irradiance > 0.0f ? irradiance / pdf : 0.0f;
   return {at.room, at.cell, light, arrived * gain / at.total};

@@ -61,6 +61,19 @@ TEST(LightGains, LampsBehindAWallAreSeldomChosen) {
   }
 }
 
+// A point outside of all spots' cones under a dark sky has no light to choose.
+TEST(LightGains, APointWithoutLightsTeachesNothing) {
+  const Built built = Build(TwoCells());
+  LightReceiver at;
+  at.room = 0;
+  at.total = 0;
+  EXPECT_LT(TrialOf(built.lights, at, 0, 0, 0).room, 0);
+  at.total = 1;
+  const LightTrial trial = TrialOf(built.lights, at, 0, 0, 0);
+  EXPECT_EQ(trial.room, 0);
+  EXPECT_EQ(trial.gain, 0);
+}
+
 TEST(LightGains, AFillThatWasCancelledLeavesNothingToTheNext) {
   const CancelToken cancel;
   TestScene cells = TwoCells();

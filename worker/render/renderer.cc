@@ -122,6 +122,18 @@ absl::Status CheckKeyframes(const v1::Scene& scene) {
   return InvalidArgument("scene: keyframes that do not fit its rigs or objects");
 }
 
+// A film has a bit for each right eye of its left one.
+absl::Status CheckPartners(const v1::Scene& scene) {
+  int partners = 0;
+  for (const v1::Rig& rig : scene.rigs()) {
+    partners = rig.shares_left() ? partners + 1 : 1;
+    if (partners <= kMostPartners) continue;
+    return InvalidArgument("scene: rig {} makes {} right eyes of one left eye, allowed are {}",
+                           rig.index(), partners, kMostPartners);
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const v1::Scene& scene,
@@ -132,6 +144,7 @@ absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(const v1::Scene& scen
     ASSIGN_OR_RETURN(RenderProfile profile, ResolveProfile(config));
     profile.cache_paths = std::min(profile.cache_paths, most_paths);
     RETURN_IF_ERROR(CheckKeyframes(scene));
+    RETURN_IF_ERROR(CheckPartners(scene));
     std::vector<bool> movers = MoversOf(scene, geometry);
     ASSIGN_OR_RETURN(std::unique_ptr<RenderScene> built,
                      RenderScene::Build(std::move(geometry), 0, std::move(movers)));

@@ -13,6 +13,7 @@
 #include "common/base/system/memory_budget.h"
 #include "tests/worker/render/render_frame.h"
 #include "worker/render/film/exposure.h"
+#include "worker/render/film/film.h"
 #include "worker/render/paths/profiles.h"
 #include "worker/render/scene/render_scene.h"
 #include "worker/render/surface/sampling.h"
@@ -168,6 +169,23 @@ TEST(Renderer, UnknownProfileAndBrokenScenesAreRefused) {
             absl::StatusCode::kInvalidArgument);
   test.geometry.meshes[0].material_of_slot[0] = 99;
   EXPECT_EQ(Renderer::Create(test.recipe, test.geometry, {}).status().code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
+TEST(Renderer, MoreRightEyesOfALeftOneThanAFilmCountsAreRefused) {
+  TestScene test = MakeBoxRoom();
+  test.recipe.clear_rigs();
+  for (int i = 0; i < kMostPartners; ++i) {
+    v1::Rig& rig = *test.recipe.add_rigs();
+    rig = BoxRoomRig(16, 12);
+    rig.set_index(static_cast<uint32_t>(i));
+    rig.set_shares_left(i > 0);
+  }
+  const v1::RenderConfig config = MakeConfig(1, 1, false);
+  EXPECT_TRUE(Renderer::Create(test.recipe, test.geometry, config).ok());
+  const v1::Rig another = test.recipe.rigs(1);
+  *test.recipe.add_rigs() = another;
+  EXPECT_EQ(Renderer::Create(test.recipe, test.geometry, config).status().code(),
             absl::StatusCode::kInvalidArgument);
 }
 

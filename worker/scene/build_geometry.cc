@@ -118,6 +118,10 @@ absl::StatusOr<SceneGeometry> BuildSceneGeometry(const v1::Scene& scene) {
 
   std::map<MeshKey, std::shared_ptr<const Mesh>> made;
   for (const v1::SceneObject& object : scene.objects()) {
+    if (object.index() > 0xffff) {  // The values of objects_*.png.
+      return InvalidArgument("object {} has index {}, allowed is at most 65535", object.name(),
+                             object.index());
+    }
     PlacedMesh placed;
     auto mesh = MeshOf(scene, object, made);
     if (!mesh.ok()) return WithContext(mesh.status(), "object " + object.name());

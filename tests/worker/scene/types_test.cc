@@ -107,6 +107,18 @@ TEST(SceneGeometry, ATintIsOfBothSidesOfALeaf) {
   EXPECT_LT((tinted.transmitted_color - plain.transmitted_color.cwiseProduct(tint)).norm(), 1e-6f);
 }
 
+// The maps of objects and materials have 16 bits.
+TEST(SceneGeometry, IndicesThatMapsCannotHoldAreRefused) {
+  v1::Scene scene = Solve(SmallJob(v1::SCENE_TYPE_DENSE), CancelToken())->scene();
+  ASSERT_GT(scene.objects_size(), 0);
+  scene.mutable_objects(0)->set_index(65535);
+  EXPECT_TRUE(BuildSceneGeometry(scene).ok());
+  scene.mutable_objects(0)->set_index(65536);
+  const absl::Status status = BuildSceneGeometry(scene).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("has index 65536"));
+}
+
 v1::Place TwoRooms() {
   v1::Place place;
   for (const double x : {0.0, 5.0}) {

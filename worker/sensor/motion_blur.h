@@ -22,9 +22,9 @@ struct EyeMotion {
 // the exposure, in pixels, to first order. Depth 0: at infinity.
 Vec2d ImageShift(const EyeMotion& motion, double x_px, double y_px, double depth_m);
 
-// Replaces `light` by its mean over the exposure. Near things hide what is behind them at each
-// moment; what comes out from behind an edge is not in the picture, and continues what is beside
-// it. `depth_m` is as large as `light`; 0: at infinity.
+// Replaces `light` by its mean over the exposure; shifts of more than 64 pixels count as 64. Near
+// things hide what is behind them at each moment; what comes out from behind an edge is not in the
+// picture, and continues what is beside it. `depth_m` is as large as `light`; 0: at infinity.
 void BlurByMotion(const EyeMotion& motion, const ImageF& depth_m, ImageF3& light);
 
 }  // namespace parallax

@@ -14,9 +14,9 @@ void SpreadPoints(double sigma_px, ImageF3& picture);
 //   Source: Hecht, "Optics", thin lens equation: c(z) = c(infinity) * |1 - focus / z|.
 double CircleOfConfusion(double defocus_px, double focus_m, double depth_m);
 
-// Blurs each pixel over its own circle of confusion, at most 64 pixels wide. `depth_m` has the
-// picture's size. Pixels gather from each neighbour with that neighbour's blur, so that a sharp
-// edge before a blurred background stays sharp on its own side only.
+// Replaces each pixel by the mean over its own circle of confusion, at most 64 pixels wide.
+// `depth_m` has the picture's size. A sharp thing keeps its edge, and what is blurred does not
+// reach over it.
 void Defocus(double defocus_px, double focus_m, const ImageF& depth_m, ImageF3& picture);
 
 // Darkens towards the corners, which lose the share `vignetting`, in [0, 1): by 1 / (1 + k r^2)^2

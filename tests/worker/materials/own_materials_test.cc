@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <limits>
 
 #include "common/base/system/file.h"
 #include "common/image/io.h"
@@ -107,6 +108,17 @@ TEST_F(TextureSetsTest, MapsMayBeExr) {
   const auto both = ReadTextureFolder(dir_);
   EXPECT_NEAR(SampleOf(both->sets[0]).roughness, 0.4f, 1e-3f) << "not the EXR";
   EXPECT_THAT(both->sets[0].left_out, testing::ElementsAre(HasSubstr("wall_rough_1k.exr")));
+}
+
+TEST_F(TextureSetsTest, MapsWithValuesThatAreNoNumbersAreRefusedByTheirPlace) {
+  Write("wall_diff_1k.png", 200, 10, 10);
+  ImageF rough(4, 4, 0.25f);
+  rough(3, 1) = std::numeric_limits<float>::quiet_NaN();
+  ASSERT_TRUE(WriteExrY(dir_ + "/wall_rough_1k.exr", rough).ok());
+  const auto folder = ReadTextureFolder(dir_);
+  ASSERT_TRUE(folder.ok()) << folder.status();
+  EXPECT_THAT(std::string(CheckTextureSet(folder->sets[0]).message()),
+              HasSubstr("wall_rough_1k.exr: a value that is no number (NaN) at column 3, row 1"));
 }
 
 TEST_F(TextureSetsTest, NormalsAreNotGrey) {

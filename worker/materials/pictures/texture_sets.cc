@@ -221,6 +221,11 @@ absl::StatusOr<ImageRgb8> ReadMap(const std::string& path, PictureRole role) {
   ImageRgb8 image(color->width(), color->height());
   for (size_t i = 0; i < image.values().size(); ++i) {
     float number = color->values()[i];
+    if (std::isnan(number)) {
+      const size_t pixel = i / 3, width = static_cast<size_t>(image.width());
+      return InvalidArgument("{}: a value that is no number (NaN) at column {}, row {}", path,
+                             pixel % width, pixel / width);
+    }
     if (role == PictureRole::kAlbedo) {  // sRGB's curve.
       number =
           number <= 0.0031308f ? 12.92f * number : 1.055f * std::pow(number, 1 / 2.4f) - 0.055f;

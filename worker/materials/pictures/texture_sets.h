@@ -46,7 +46,8 @@ struct TextureFolder {
 // of ReadContentFolder.
 absl::StatusOr<TextureFolder> ReadTextureFolder(const std::string& dir);
 
-// Opens every picture. Errors: kInvalidArgument naming the first that can't be read.
+// Opens every picture. Errors: kInvalidArgument naming the first that can't be read, or an EXR with
+// a value that is no number.
 absl::Status CheckTextureSet(const TextureSet& set);
 
 // Makes the material, in tiles of kPbrTile_m. Errors: kNotFound for a set of no folder that this

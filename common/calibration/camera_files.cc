@@ -283,7 +283,8 @@ Parsed FromRealSense(const Fields& fields, const CalibrationOptions& options) {
   return RealSense(fields, options).Read();
 }
 
-// R is Rodrigues' vector (RX, CV, RZ), T is (-Baseline, TY, TZ).
+// R is Rodrigues' vector (RX, CV, RZ). (Baseline, TY, TZ) points to the right camera: it is -T of
+// cv::stereoRectify, whose rectification does not depend on T's sign.
 // Source: Stereolabs, zed-opencv-native.
 Parsed FromZed(const Fields& fields, const CalibrationOptions& options) {
   const std::string part = options.part.empty() ? "HD" : options.part;
@@ -317,7 +318,7 @@ Parsed FromZed(const Fields& fields, const CalibrationOptions& options) {
       vector.norm() > 0 ? Eigen::AngleAxisd(vector.norm(), vector.normalized()).toRotationMatrix()
                         : Eigen::Matrix3d::Identity();
   const Eigen::Vector3d place =
-      options.unit_m.value_or(kMillimetre_m) * Eigen::Vector3d(-baseline, ty, tz);
+      -options.unit_m.value_or(kMillimetre_m) * Eigen::Vector3d(baseline, ty, tz);
   RETURN_IF_ERROR(Rectify(fields, "STEREO.Baseline", rotation, place, &calibration));
   return calibration;
 }

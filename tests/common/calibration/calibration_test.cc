@@ -101,6 +101,26 @@ TEST(Calibration, ZedHasARawPairOfTheChosenResolution) {
   EXPECT_EQ(large.rectified.fx_px, 1403.76);
 }
 
+// Stereolabs' own programs give (Baseline, TY, TZ) to cv::stereoRectify as it stands.
+TEST(Calibration, ZedIsRectifiedAsItsMakerRectifies) {
+  std::string text = TextOf("zed.conf");
+  text.replace(text.find("TY=0.0259812"), 12, "TY=1.2");
+  text.replace(text.find("TZ=0.0158877"), 12, "TZ=-0.6");
+  const auto ours = ParseCalibration(text, "zed.conf");
+  ASSERT_TRUE(ours.ok()) << ours.status();
+  ASSERT_TRUE(ours->raw);
+  const cv::Mat vector = (cv::Mat_<double>(3, 1) << -0.000916611, 0.00623976, 0.000770041);
+  const cv::Mat place = (cv::Mat_<double>(3, 1) << 119.978, 1.2, -0.6);
+  const cv::Mat none = cv::Mat::zeros(1, 5, CV_64F);
+  cv::Mat rotation, r1, r2, p1, p2, q;
+  cv::Rodrigues(vector, rotation);
+  cv::stereoRectify(MatxOf((*ours->raw)[0].k), none, MatxOf((*ours->raw)[1].k), none, {1280, 720},
+                    rotation, place, r1, r2, p1, p2, q);
+  EXPECT_LT((EigenOf(r1) - (*ours->raw)[0].rectified_from_raw).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((EigenOf(r2) - (*ours->raw)[1].rectified_from_raw).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_NEAR(*ours->baseline_m, 1e-3 * cv::norm(place), 1e-12);
+}
+
 TEST(Calibration, ZedXHasItsLensesInSectionsOfTheirOwn) {
   const std::string cameras =
       "[LEFT_CAM_FHD1200]\nfx=738.5\nfy=738.25\ncx=961.5\ncy=603.5\n"

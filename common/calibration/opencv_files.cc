@@ -98,6 +98,11 @@ absl::Status ReadRaw(const Fields& fields, StereoCalibration* calibration) {
   return absl::OkStatus();
 }
 
+// The name under which the file has T; empty if it has none.
+std::string PlaceIn(const Fields& fields) {
+  return fields.FirstOf({"T", "Trns", "translation", "translation_vector"});
+}
+
 // P1 and P2 as they stand.
 absl::Status ReadProjections(const Fields& fields, double unit_m, StereoCalibration* calibration) {
   const std::string left = fields.FirstOf(NamesOf(0).projection);
@@ -123,7 +128,7 @@ absl::Status ReadRotations(const Fields& fields, double unit_m, StereoCalibratio
     return absl::OkStatus();
   }
   const std::string rotation = fields.FirstOf({"R", "Rot", "rotation", "rotation_matrix"});
-  const std::string place = fields.FirstOf({"T", "Trns", "translation", "translation_vector"});
+  const std::string place = PlaceIn(fields);
   ASSIGN_OR_RETURN(const std::vector<double> r,
                    fields.Numbers(rotation.empty() ? "R" : rotation, 9));
   ASSIGN_OR_RETURN(const std::vector<double> t, fields.Numbers(place.empty() ? "T" : place, 3));
@@ -157,8 +162,8 @@ Parsed FromOpenCv(const Fields& fields, const CalibrationOptions& options) {
     }
   }
   if (projected) RETURN_IF_ERROR(ReadProjections(fields, unit_m, &calibration));
-  if (!calibration.baseline_m && fields.Has("T")) {
-    ASSIGN_OR_RETURN(const std::vector<double> t, fields.Numbers("T", 3));
+  if (const std::string place = PlaceIn(fields); !calibration.baseline_m && !place.empty()) {
+    ASSIGN_OR_RETURN(const std::vector<double> t, fields.Numbers(place, 3));
     calibration.baseline_m = unit_m * Eigen::Vector3d(t[0], t[1], t[2]).norm();
   }
   return calibration;

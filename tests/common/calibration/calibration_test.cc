@@ -197,6 +197,19 @@ TEST(Calibration, OpenCvWithProjectionsIsNoKitti) {
   EXPECT_NEAR(*plain->baseline_m, 0.1, 1e-12);
 }
 
+// Without P1 and P2 the baseline is the length of T, whatever its name.
+TEST(Calibration, OpenCvWithRectificationsHasTheBaselineOfItsTranslation) {
+  const std::string eyes =
+      "K1: [500, 0, 320, 0, 500, 240, 0, 0, 1]\nK2: [500, 0, 320, 0, 500, 240, 0, 0, 1]\n"
+      "R1: [1, 0, 0, 0, 1, 0, 0, 0, 1]\nR2: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n";
+  for (const std::string name : {"T", "Trns", "translation", "translation_vector"}) {
+    const auto calibration = ParseCalibration(eyes + name + ": [-0.3, 0.4, 0]\n", "f");
+    ASSERT_TRUE(calibration.ok()) << calibration.status();
+    ASSERT_TRUE(calibration->baseline_m) << name;
+    EXPECT_NEAR(*calibration->baseline_m, 0.5, 1e-12) << name;
+  }
+}
+
 TEST(Calibration, OpenCvXmlOfBoosterHasItsProjections) {
   const StereoCalibration calibration = Parse("opencv.xml");
   ExpectIntrinsics(calibration.rectified, 800.25, 801.5, 514.5, 376.25);

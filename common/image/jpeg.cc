@@ -96,19 +96,26 @@ bool Compress(Encoder& encoder, const ImageRgb8& image, int quality) {
   return true;
 }
 
-bool Open(Decoder& decoder, std::string_view bytes) {
+bool ReadHeader(Decoder& decoder, std::string_view bytes) {
   if (setjmp(decoder.errors.escape) != 0) return false;
   jpeg_mem_src(&decoder.codec, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
   jpeg_save_markers(&decoder.codec, JPEG_APP0 + 1, 0xffff);  // Exif.
   jpeg_read_header(&decoder.codec, TRUE);
-  if (decoder.codec.num_components == 4) return true;  // DecodeJpeg refuses it.
-  decoder.codec.out_color_space = JCS_RGB;
-  jpeg_start_decompress(&decoder.codec);
   return true;
+}
+
+// Bytes of a pixel while it is decoded. A progressive file has all coefficients, of 16 bits, in
+// memory beside the picture, from jpeg_start_decompress on.
+int64_t PixelBytes(Decoder& decoder) {
+  const int coefficients =
+      jpeg_has_multiple_scans(&decoder.codec) ? decoder.codec.num_components : 0;
+  return 3 + int64_t{2} * coefficients;
 }
 
 bool Decompress(Decoder& decoder, ImageRgb8& image) {
   if (setjmp(decoder.errors.escape) != 0) return false;
+  decoder.codec.out_color_space = JCS_RGB;
+  jpeg_start_decompress(&decoder.codec);
   const size_t stride = 3 * static_cast<size_t>(image.width());
   while (decoder.codec.output_scanline < decoder.codec.output_height) {
     JSAMPROW row = image.data() + decoder.codec.output_scanline * stride;
@@ -198,14 +205,14 @@ absl::StatusOr<Decoded> DecodeJpeg(std::string_view bytes) {
   const auto broken = [&decoder] {
     return InvalidArgument("broken JPEG: {}", decoder.errors.message);
   };
-  if (!Open(decoder, bytes)) return broken();
+  if (!ReadHeader(decoder, bytes)) return broken();
   if (decoder.codec.num_components == 4) {
     return InvalidArgument("JPEG of four inks (CMYK), wanted grey or R G B: convert it");
   }
-  RETURN_IF_ERROR(
-      CheckPictureSize("JPEG", decoder.codec.output_width, decoder.codec.output_height, 3));
-  ImageRgb8 image(static_cast<int>(decoder.codec.output_width),
-                  static_cast<int>(decoder.codec.output_height));
+  RETURN_IF_ERROR(CheckPictureSize("JPEG", decoder.codec.image_width, decoder.codec.image_height,
+                                   PixelBytes(decoder)));
+  ImageRgb8 image(static_cast<int>(decoder.codec.image_width),
+                  static_cast<int>(decoder.codec.image_height));
   const int orientation = OrientationOf(decoder);  // Decompress frees the markers.
   if (!Decompress(decoder, image)) return broken();
   return Decoded{.shallow = Upright(image, orientation), .note = decoder.errors.note};

@@ -386,6 +386,17 @@ TEST_F(OtherTools, JpegsOfFourInksAreNamed) {
   EXPECT_THAT(Message(DecodePictureRgb8(jpeg).status()), HasSubstr("four inks (CMYK)"));
 }
 
+// A progressive file has all coefficients in memory before its first pixel is decoded.
+TEST_F(OtherTools, ProgressiveJpegsAreRefusedByTheSizeInTheirHeader) {
+  std::string jpeg = *EncodeJpeg(ImageRgb8(16, 16, 100), 90);
+  const size_t frame = jpeg.find("\xff\xc0"s);
+  ASSERT_NE(frame, std::string::npos);
+  jpeg[frame + 1] = '\xc2';
+  jpeg.replace(frame + 5, 4, "\xff\xdc\xff\xdc"s);  // 65500, twice.
+  EXPECT_THAT(Message(DecodePictureRgb8(jpeg).status()),
+              HasSubstr("JPEG of 65500 x 65500 pixels, allowed are"));
+}
+
 TEST_F(OtherTools, PgmAndPpmAreReadToTheirMaximum) {
   const auto color = DecodePictureRgb8("P6 2 1 255\n\x01\x02\x03\xff\x00\x80"s);
   ASSERT_TRUE(color.ok()) << color.status();

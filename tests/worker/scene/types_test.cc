@@ -140,6 +140,27 @@ v1::Place TwoRooms() {
   return place;
 }
 
+// A recipe may come from a stranger.
+TEST(HouseRecipes, WallsAndRoomsThatDoNotExistAreErrors) {
+  v1::Scene scene;
+  scene.set_type(v1::SCENE_TYPE_INDOOR);
+  *scene.mutable_place() = TwoRooms();
+  v1::Room& room = *scene.mutable_place()->mutable_house()->mutable_rooms(1);
+  for (int wall = 0; wall < 4; ++wall) room.add_wall_depth_m(0.2);
+  EXPECT_TRUE(BuildSceneGeometry(scene).ok());
+  for (const int wall : {-1, 4, 500'000'000}) {
+    room.mutable_openings(0)->set_wall(wall);
+    EXPECT_THAT(std::string(BuildSceneGeometry(scene).status().message()),
+                HasSubstr("room \"kitchen\" has an opening in wall " + std::to_string(wall)));
+  }
+  scene.mutable_place()->mutable_house()->clear_rooms();
+  scene.mutable_place()->mutable_house()->mutable_landscape();
+  v1::SceneObject& ground = *scene.add_objects();
+  ground.set_part("landscape");
+  EXPECT_THAT(std::string(BuildSceneGeometry(scene).status().message()),
+              HasSubstr("a landscape around a house of no rooms"));
+}
+
 TEST(HouseSurroundings, TellRoomsFromWhatIsOutside) {
   const Surroundings around = HouseSurroundings(TwoRooms());
   EXPECT_FALSE(around.IsExterior({1, 1, 1}));

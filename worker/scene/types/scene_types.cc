@@ -35,7 +35,7 @@ absl::StatusOr<const SceneType*> TypeOf(const v1::Scene& scene) {
 }
 
 absl::Status CheckPlace(const SceneType& type, const v1::Place& place) {
-  if (place.kind_case() == type.place) return absl::OkStatus();
+  if (place.kind_case() == type.place) return type.check ? type.check(place) : absl::OkStatus();
   const auto name = [](int number) {
     const auto* field = v1::Place::descriptor()->FindFieldByNumber(number);
     return field == nullptr ? std::string("nowhere") : field->name();

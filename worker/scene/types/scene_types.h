@@ -87,6 +87,9 @@ struct SceneType {
   // Returns a map of the place as lines of text, for people; may take seconds. Null: `describe`
   // says all.
   std::vector<std::string> (*map)(const v1::Scene& scene) = nullptr;
+  // Checks what the other functions take for granted of a place, because recipes may come from
+  // strangers. Null: each checks what it reads. Errors: kInvalidArgument naming what is wrong.
+  absl::Status (*check)(const v1::Place& place) = nullptr;
 };
 
 // Returns all types, in the order in which they were added.
@@ -95,10 +98,10 @@ const std::vector<const SceneType*>& SceneTypes();
 // Errors: kInvalidArgument for a type without a folder, naming the known ones.
 absl::StatusOr<const SceneType*> FindSceneType(v1::SceneType type);
 // Returns the type of a recipe that UpgradeScene has upgraded.
-// Errors: as FindSceneType; kInvalidArgument for a place that is not the type's.
+// Errors: as FindSceneType and CheckPlace.
 absl::StatusOr<const SceneType*> TypeOf(const v1::Scene& scene);
-// Checks that the place is of the type's kind.
-// Errors: kInvalidArgument for a place that is not the type's.
+// Checks that the place is of the type's kind and sound.
+// Errors: kInvalidArgument for a place that is not the type's; those of SceneType.check.
 absl::Status CheckPlace(const SceneType& type, const v1::Place& place);
 
 // Makes the mesh of an object that is a part of its place. Errors: as TypeOf, SceneType.part.

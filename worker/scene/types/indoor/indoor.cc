@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/base/names.h"
 #include "common/base/status.h"
 #include "common/config/config.h"
 #include "worker/layout/plan/room_shell.h"
@@ -22,6 +23,22 @@ absl::StatusOr<std::variant<v1::Layout, Rejected>> SolveHouse(const v1::SceneCon
   return SolveLayout(furnished, seed, cancel);
 }
 
+// A room's depths are looked up by wall, and a landscape's views by room.
+absl::Status CheckHouse(const v1::Place& place) {
+  const v1::House& house = place.house();
+  if (house.has_landscape() && house.rooms().empty()) {
+    return InvalidArgument("place: a landscape around a house of no rooms");
+  }
+  for (const v1::Room& room : house.rooms()) {
+    for (const v1::Opening& opening : room.openings()) {
+      if (opening.wall() >= 0 && opening.wall() <= 3) continue;
+      return InvalidArgument("place: room {} has an opening in wall {}, allowed are 0 to 3",
+                             Quoted(room.kind()), opening.wall());
+    }
+  }
+  return absl::OkStatus();
+}
+
 bool HasLandscape(const v1::Scene& scene) { return scene.place().house().has_landscape(); }
 
 absl::StatusOr<Mesh> MakeHousePart(const v1::Scene& scene, const v1::SceneObject& object) {
@@ -34,9 +51,6 @@ absl::StatusOr<Mesh> MakeHousePart(const v1::Scene& scene, const v1::SceneObject
 
 absl::Status GrowAroundHouse(const v1::Scene& scene, SceneGeometry& geometry) {
   if (!HasLandscape(scene)) return absl::OkStatus();
-  if (scene.place().house().rooms().empty()) {
-    return InvalidArgument("a landscape around a house of no rooms");
-  }
   return GrowLand(scene, scene.place().house().landscape(), ViewsOut(scene), geometry);
 }
 
@@ -85,6 +99,7 @@ const SceneType kIndoorScenes = {
     .describe = &DescribeHouse,
     .expand = &GrowAroundHouse,
     .grown = &GrownByHouse,
+    .check = &CheckHouse,
 };
 
 }  // namespace parallax

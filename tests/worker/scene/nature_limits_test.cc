@@ -160,6 +160,18 @@ TEST(Walks, FramesThatDoNotDivideAreSharedEvenly) {
   EXPECT_EQ(frames, (std::vector<int>{2, 2, 2, 1, 1, 1, 1}));
 }
 
+// A job may bring a layout of somebody's.
+TEST(Walks, ALayoutOutOfBoundsIsAnErrorBeforeAnythingIsMade) {
+  SceneInProgress scene;
+  scene.seed = SceneSeed{3};
+  v1::Terrain& land = *scene.recipe.mutable_place()->mutable_terrain();
+  land = Meadow();
+  land.mutable_layers(0)->set_prototypes(0, 1u << 30);
+  const absl::Status status = PlaceWalkRigs(WalksOf(1, 2), CancelToken(), scene);
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(ToStd(status.message())), HasSubstr("layer \"pebbles\""));
+}
+
 // Half of the walks are blocked by stones that have no index: the place where the right eye would
 // stand at the largest baseline is not kept clear of them.
 TEST(Walks, WalksThatStonesBlockGiveWayToOthers) {

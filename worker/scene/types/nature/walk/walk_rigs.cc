@@ -55,6 +55,7 @@ class WalkRigs {
 
   // Leaves the recipe without rigs, and says why, where no walk is found.
   absl::Status Place(const CancelToken& cancel, std::string& why_not) {
+    RETURN_IF_ERROR(CheckRules(land_));  // A job may bring its layout.
     ASSIGN_OR_RETURN(const std::shared_ptr<const Terrain> terrain, TerrainOf(land_));
     const RigCamera camera =
         DrawRigCamera(config_.rigs(), root_.Child("fov", 0).Uniform(), root_.Child("camera", 0));

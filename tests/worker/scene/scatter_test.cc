@@ -255,6 +255,22 @@ TEST(Scatter, RowsWithASpacingHaveAPlantAtEachStep) {
   }
 }
 
+// Ten thousand places a square metre, four of which have a candidate.
+TEST(Scatter, TooManyPlacesInRowsAreRefusedBeforeAnyIsLookedAt) {
+  v1::Terrain recipe = SmallLand();
+  AddVines(recipe);
+  v1::ScatterLayer& vines = *recipe.mutable_layers(0);
+  vines.set_spacing_m(0.001);
+  vines.mutable_mask()->set_rows_m(0.1);
+  vines.mutable_mask()->set_row_width_m(0.01);
+  EXPECT_TRUE(CheckRules(recipe).ok()) << CheckRules(recipe);
+  const absl::Status status = TryToPlaceOn(recipe, Square(-20, 20)).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kOutOfRange);
+  EXPECT_THAT(std::string(ToStd(status.message())), testing::HasSubstr("layer \"vines\": a place"));
+  vines.set_spacing_m(1e-6);
+  EXPECT_EQ(CheckRules(recipe).code(), absl::StatusCode::kInvalidArgument);
+}
+
 TEST(Rules, MasksAreCheckedWhereverTheyStand) {
   const v1::Terrain good = WoodedLand();
   const auto refused = [&](auto mask_of, auto change) {

@@ -163,6 +163,14 @@ struct Scatter::Layer {
     return static_cast<double>(density) * side_m * side_m;
   }
 
+  // Places in rows that are looked at for a tile; 0 without steps.
+  double PlacesOfTile() const {
+    if (step_m <= 0) return 0;
+    constexpr double kSpan_m = 1.5 * static_cast<double>(kTile_m);  // More than its diagonal.
+    return (kSpan_m / static_cast<double>(step_m) + 3) *
+           (kSpan_m / static_cast<double>(mask.rows_m()) + 3);
+  }
+
   // How far it reaches out for others, and others are reached by it.
   float spread_m() const { return spacing_m * size_high; }
   float influence_m() const {
@@ -358,8 +366,16 @@ absl::StatusOr<std::vector<TileSet>> Scatter::WithRings(std::vector<TileSet> til
 }
 
 absl::Status Scatter::CheckCandidates(const std::vector<TileSet>& tiles) const {
-  double candidates = 0;
+  double candidates = 0, places = 0;
   for (size_t layer = 0; layer < layers_.size(); ++layer) {
+    places += layers_[layer].PlacesOfTile() * static_cast<double>(tiles[layer].size());
+    if (places > kMostPlaces) {
+      return OutOfRange(
+          "terrain: layer \"{}\": a place at each {} m of rows {} m apart makes {:.0f} million on "
+          "{} tiles of {} m, allowed are {:.0f}",
+          layers_[layer].name, layers_[layer].step_m, layers_[layer].mask.rows_m(), places / 1e6,
+          tiles[layer].size(), kTile_m, kMostPlaces / 1e6);
+    }
     candidates += layers_[layer].OfTile() * static_cast<double>(tiles[layer].size());
     if (candidates <= kMostCandidates) continue;
     return OutOfRange(

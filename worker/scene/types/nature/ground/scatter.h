@@ -51,6 +51,8 @@ Box2f BoxOf(const Tile& tile);
 // The most candidates of all layers of a recipe together. Dense meadows seen from fifty walks have
 // half of them.
 inline constexpr double kMostCandidates = 15e6;
+// The most places in rows, with a candidate or without: some seconds' work.
+inline constexpr double kMostPlaces = 2e9;
 
 // Evaluates all layers of one recipe.
 class Scatter {
@@ -60,8 +62,8 @@ class Scatter {
   ~Scatter();
 
   // Returns for each layer all objects on its tiles, tile by tile. `tiles` has one set for each
-  // layer. Errors: kOutOfRange, before anything is placed, for more than kMostCandidates and for
-  // layers that influence each other over too large a part of the land.
+  // layer. Errors: kOutOfRange, before anything is placed, for more than kMostCandidates or
+  // kMostPlaces, and for layers that influence each other over too large a part of the land.
   absl::StatusOr<std::vector<std::vector<Standing>>> Place(const std::vector<TileSet>& tiles) const;
 
  private:

@@ -245,6 +245,10 @@ absl::Status CheckLayer(const v1::Terrain& recipe, const v1::ScatterLayer& layer
   RETURN_IF_ERROR(number("reach_m", layer.reach_m(), 0, 3000));
   RETURN_IF_ERROR(number("size_low", layer.size_low(), 0.01, 15));
   RETURN_IF_ERROR(number("size_high", layer.size_high(), layer.size_low(), 15));
+  if (layer.mask().rows_m() > 0 && layer.spacing_m() > 0) {
+    const double step_m = 0.5 * layer.spacing_m() * (layer.size_low() + layer.size_high());
+    RETURN_IF_ERROR(number("spacing_m in rows, times the mean size,", step_m, 1e-3, 180));
+  }
   RETURN_IF_ERROR(number("upright", layer.upright(), 0, 1));
   RETURN_IF_ERROR(number("sink_m", layer.sink_m(), -1, 10));
   RETURN_IF_ERROR(number("claim_m", layer.claim_m(), 0, 8));

@@ -63,6 +63,14 @@ TEST(Density, EveryBiomeHasValidRulesAtEveryDensity) {
   EXPECT_GT(saturated, 0);
 }
 
+TEST(Rules, AFormulaForAnyNumberOfSkylightsIsRefusedWithoutMakingThem) {
+  v1::Biome cave = LoadBiome("cave").value();
+  EXPECT_TRUE(CheckRules(LimitedRules(cave, 1, "summer", 1)).ok());
+  cave.mutable_roof()->mutable_skylights()->set_formula("1000000 * 1000000");
+  const v1::Terrain recipe = LimitedRules(cave, 1, "summer", 1);
+  EXPECT_THAT(std::string(ToStd(CheckRules(recipe).message())), HasSubstr("roof.skylights is 65"));
+}
+
 // The ground of a recipe on coarse rasters, hardly eroded.
 void MakeGroundCheap(v1::Terrain& recipe) {
   recipe.set_region_samples(65);

@@ -269,7 +269,7 @@ absl::Status CheckRoof(const v1::Terrain& recipe) {
   RETURN_IF_ERROR(CheckNumber("roof.spring_m", roof.spring_m(), 0.5, roof.rise_m()));
   RETURN_IF_ERROR(CheckNumber("roof.reach_m", roof.reach_m(), 2, 200));
   RETURN_IF_ERROR(CheckNumber("roof.half_length_m", roof.half_length_m(), 5, 500));
-  RETURN_IF_ERROR(CheckNumber("roof.skylights", roof.skylights_size(), 0, 64));
+  RETURN_IF_ERROR(CheckNumber("roof.skylights", roof.skylights_size(), 0, kMostSkylights));
   for (const v1::CaveRoof::Skylight& hole : roof.skylights()) {
     RETURN_IF_ERROR(CheckNumber("skylight.radius_m", hole.radius_m(), 0.2, 50));
   }

@@ -29,6 +29,8 @@ inline constexpr uint32_t kRoofIndex = 2;
 
 // The most things a square metre of a layer.
 inline constexpr double kMostPerM2 = 60;
+// The most holes of a roof.
+inline constexpr int kMostSkylights = 64;
 
 // Checks the bounds of the rules: prototypes of layers, densities, masks, ranges. Errors:
 // kInvalidArgument.

@@ -180,7 +180,9 @@ class RuleWriter {
     roof.set_half_length_m(Number(given.half_length_m()));
     roof.set_object_index(kRoofIndex);
     roof.set_seed(rng_.Bits32());
-    const int holes = static_cast<int>(Number(given.skylights()));
+    // A formula has no bounds: CheckRules refuses kMostSkylights + 1.
+    const int holes =
+        static_cast<int>(std::max(0.0, std::min(kMostSkylights + 1.0, Number(given.skylights()))));
     for (int i = 0; i < holes; ++i) {
       const double along =
           roof.half_length_m() * (2 * (i + rng_.Uniform(0.25, 0.75)) / holes - 1) * 0.9;

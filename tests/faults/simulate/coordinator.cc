@@ -145,7 +145,7 @@ absl::Status SimCoordinator::OpenQueue() {
   options.open_store = [this,
                         &life = *life](const KnownStore& known) -> absl::StatusOr<std::string> {
     ASSIGN_OR_RETURN(life.store, ClaimStore(disk_.uri(), known, false));
-    life.there = std::make_unique<FilePresence>(*life.store);
+    life.there = std::make_unique<FilePresence>(*life.store, clock_);
     return life.store->Id();
   };
   if (world_.knobs.has_files) {

@@ -193,6 +193,7 @@ double EvenSeats(const Arrangement& a, const std::string& seats) {
   // Seats of each table by side.
   std::map<int, std::array<std::vector<double>, 4>> tables;
   ForGroup(a, seats, [&](int, const Item& item) {
+    if (item.anchor < 0) return;  // It stands at a wall, or its row has no table.
     tables[item.anchor][static_cast<size_t>(item.side)].push_back(item.u);
   });
   double cost = 0;

@@ -87,6 +87,15 @@ TEST(Wish, CostsNothingWhereFulfilledAndMoreTheFartherFromIt) {
   EXPECT_NEAR(AwayFrom("sofa", "tv stand", 2.5).Of(facing, seen), 0.5, 1e-9);
 }
 
+TEST(Wish, SeatsWithoutATableAreNeitherEvenNorUneven) {
+  const ProblemAndWishes room = ProblemOf("dining_room", 1);
+  AssetPool pool;
+  Arrangement alone(room.problem, {});
+  alone.Add(ItemOf(room, "chair", *pool.Get("Chair", 1), {1, 1}, 0));
+  FloorRegion seen;
+  EXPECT_EQ(EvenlyAround("chair").Of(alone, seen), 0);
+}
+
 TEST(Wish, SumsWeighsAndTakesTheWorst) {
   const ProblemAndWishes room = ProblemOf("living_room", 1);
   const Wish one("one", WishKind::kRelation, {"sofa"},

@@ -34,6 +34,10 @@ class Assembler {
     for (const MeshPart& part : read_.parts) RETURN_IF_ERROR(Measure(part));
     RETURN_IF_ERROR(CheckExtent());
     for (MeshPart& part : read_.parts) {
+      // Scanners leave vertices of no triangle without a place; PlacesOf sorts them all.
+      for (Vec3d& at : part.positions) {
+        if (!at.allFinite()) at.setZero();
+      }
       AddNormals(part, read_.crease_deg);
       Add(part);
       part = MeshPart();

@@ -120,6 +120,24 @@ TEST_F(MeshReadersTest, NormalsWithoutADirectionBecomeThoseOfTheirTriangles) {
   for (const Vec3f& n : file.mesh.normals) EXPECT_NEAR(n.y(), 1, 1e-5f);
 }
 
+TEST_F(MeshReadersTest, VerticesOfNoTriangleMayHaveNoPlace) {
+  // Two triangles at a small angle, each with corners of its own.
+  const MeshFile file =
+      Read("scan.ply",
+           "ply\nformat ascii 1.0\nelement vertex 7\nproperty float x\nproperty float y\n"
+           "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n"
+           "0 0 0\n1 0 0\n0 1 0\nnan nan nan\n1 0 0\n1 1 0.1\n0 1 0\n3 0 1 2\n3 4 5 6\n");
+  int shared = 0;
+  for (size_t i = 0; i < file.mesh.positions.size(); ++i) {
+    for (size_t k = 0; k < i; ++k) {
+      if (file.mesh.positions[i] != file.mesh.positions[k]) continue;
+      ++shared;
+      EXPECT_GT(file.mesh.normals[i].dot(file.mesh.normals[k]), 0.9999f) << "smooth";
+    }
+  }
+  EXPECT_EQ(shared, 2);
+}
+
 TEST_F(MeshReadersTest, PlacesFarFromTheOriginKeepTheirDigits) {
   std::string obj, ply =
                        "ply\nformat ascii 1.0\nelement vertex 8\nproperty double x\n"

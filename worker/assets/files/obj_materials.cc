@@ -47,6 +47,10 @@ std::vector<double> TakeNumbers(std::string_view& line) {
   return numbers;
 }
 
+bool AreFinite(const std::vector<double>& numbers) {
+  return std::all_of(numbers.begin(), numbers.end(), [](double n) { return std::isfinite(n); });
+}
+
 // Takes the options off a map's line and applies them. Returns those that are not used.
 std::vector<std::string> TakeOptions(std::string_view& line, PbrPicture& picture,
                                      double* bump_scale) {
@@ -55,19 +59,23 @@ std::vector<std::string> TakeOptions(std::string_view& line, PbrPicture& picture
     const std::string option(TakeObjWord(line));
     if (option == "-s" || option == "-o" || option == "-t" || option == "-mm") {
       const std::vector<double> numbers = TakeNumbers(line);
+      if (option == "-t" || option == "-mm" || !AreFinite(numbers)) {
+        unused.push_back(option);
+        continue;
+      }
       for (size_t i = 0; i < std::min<size_t>(numbers.size(), 2); ++i) {
         const auto number = static_cast<float>(numbers[i]);
         const auto c = static_cast<Eigen::Index>(i);
         if (option == "-s") picture.turn(c, c) = number;
         if (option == "-o") picture.offset[c] = number;
       }
-      if (option == "-t" || option == "-mm") unused.push_back(option);
     } else {
       const std::string value(TakeObjWord(line));
       if (option == "-clamp" && value == "on") {
         picture.edges = {MipPicture::Edge::kClamp, MipPicture::Edge::kClamp};
       } else if (option == "-bm") {
-        *bump_scale = ObjNumber(value).value_or(1);
+        const double scale = ObjNumber(value).value_or(1);
+        if (std::isfinite(scale)) *bump_scale = scale;
       } else if (option != "-clamp" && option != "-blendu" && option != "-blendv") {
         unused.push_back(option);
       }
@@ -77,8 +85,11 @@ std::vector<std::string> TakeOptions(std::string_view& line, PbrPicture& picture
 }
 
 absl::Status ReadColor(std::string_view line, Vec3f& color) {
-  const std::vector<double> numbers = TakeNumbers(line);
-  if (numbers.empty()) return InvalidArgument("Kd{}: wanted three numbers", line);
+  std::string_view rest = line;
+  const std::vector<double> numbers = TakeNumbers(rest);
+  if (numbers.empty() || !AreFinite(numbers)) {
+    return InvalidArgument("Kd{}: wanted three numbers", line);
+  }
   for (int c = 0; c < 3; ++c) {
     const double number = numbers.size() == 3 ? numbers[static_cast<size_t>(c)] : numbers[0];
     color[c] = std::clamp(static_cast<float>(number), 0.0f, 1.0f);
@@ -93,7 +104,9 @@ absl::Status ReadLine(const std::string& key, std::string_view line, ObjMaterial
     return ObjNumber(TakeObjWord(rest));
   }();
   if (key == "pr" || key == "pm") {
-    if (!number) return InvalidArgument("{}{}: wanted a number", key, line);
+    if (!number || !std::isfinite(*number)) {
+      return InvalidArgument("{}{}: wanted a number", key, line);
+    }
     (key == "pr" ? material.roughness : material.metallic) =
         std::clamp(static_cast<float>(*number), 0.0f, 1.0f);
     return absl::OkStatus();

@@ -278,6 +278,23 @@ TEST_F(MeshReadersTest, OptionsOfAnObjsMapsAreHonoured) {
   EXPECT_EQ(file.materials[0].looks->roughness.factor, 1) << "its map alone";
 }
 
+TEST_F(MeshReadersTest, NumbersOfMaterialsAreFinite) {
+  const struct {
+    const char *line, *refusal;
+  } cases[] = {{"Kd nan nan nan", "box.mtl:2: Kd nan nan nan: wanted three numbers"},
+               {"Kd 0.5 0.5 -inf", "box.mtl:2: Kd 0.5 0.5 -inf: wanted three numbers"},
+               {"Pr nan", "box.mtl:2: pr nan: wanted a number"}};
+  for (const auto& c : cases) {
+    Write("box.mtl", fmt::format("newmtl paint\n{}\n", c.line));
+    EXPECT_THAT(Refusal("box.obj", ObjBox(1, 1, 1, "paint")), HasSubstr(c.refusal));
+  }
+  Write("a.png", Quarters());
+  Write("box.mtl", Mtl("paint", "-s nan nan 1 a.png"));
+  const MeshFile file = Read("box.obj", ObjBox(1, 1, 1, "paint"));
+  EXPECT_THAT(file.left_out, Contains("-s of the colour map of material paint"));
+  EXPECT_EQ(ColorAt(file, 0.25f, 0.25f), "r");
+}
+
 TEST_F(MeshReadersTest, ColourMapsWithoutAColourAreNotDarkened) {
   Write("a.png", Quarters());
   const auto with = [&](const std::string& lines) {

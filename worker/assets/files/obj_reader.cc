@@ -1,4 +1,5 @@
 // Reads .obj.
+#include <absl/strings/ascii.h>
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -188,6 +189,10 @@ class ObjReader {
     ASSIGN_OR_RETURN(const std::string found, FindBeside(folder_, name));
     if (!libraries_.insert(found).second) return absl::OkStatus();
     const fs::path path = fs::path(folder_) / found;
+    // Only these count for the mesh's hash and are brought along.
+    if (absl::AsciiStrToLower(path.extension().string()) != ".mtl") {
+      return InvalidArgument("its materials {} are named like none, wanted .mtl", found);
+    }
     ASSIGN_OR_RETURN(const std::string text, ReadFile(path.string()));
     return ReadMtl(text, found, path.parent_path().string(), materials_);
   }

@@ -259,6 +259,10 @@ TEST_F(MeshReadersTest, MaterialsOfAnObjAreFoundOrSaidToBeMissing) {
   EXPECT_FALSE(missing.materials[0].looks.has_value());
   EXPECT_THAT(missing.left_out, Contains("none.mtl, which is not there"));
   EXPECT_THAT(missing.left_out, Contains("material paint, which no .mtl has"));
+  // A change of it would not change the hash of the mesh.
+  Write("paint.txt", "newmtl paint\nKd 0.1 0.2 0.3\n");
+  EXPECT_THAT(Refusal("box.obj", with("mtllib paint.txt")),
+              HasSubstr("its materials paint.txt are named like none, wanted .mtl"));
 }
 
 TEST_F(MeshReadersTest, OptionsOfAnObjsMapsAreHonoured) {

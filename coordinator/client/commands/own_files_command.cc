@@ -14,6 +14,7 @@
 #include "coordinator/client/command.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/client/views/text_table.h"
+#include "worker/assets/asset.h"
 #include "worker/render/renderer.h"
 #include "worker/scene/build_geometry.h"
 #include "worker/scene/solve_scene.h"
@@ -183,6 +184,16 @@ std::string CountText(bool given, const v1::CountSpan& count, int most) {
   return given ? fmt::format("{} to {}", count.low(), count.high()) : fmt::format("0 to {}", most);
 }
 
+// Notes classes that rooms pass over, though the catalogue lists them.
+void NoteClassesThatAreOff(const std::string& group, const auto& classes, const Session& session) {
+  for (const std::string& name : classes) {
+    const AssetClass* found = FindAssetClass(name);
+    if (found == nullptr || found->on_by_default) continue;
+    session.PrintNote(
+        fmt::format("group {}: {} is off in rooms (parallax catalogue) and left out", group, name));
+  }
+}
+
 // Prints what a file of a kind of room was understood as.
 absl::StatusOr<ExitCode> ShowRoom(const FileOptions& options, Session& session) {
   ASSIGN_OR_RETURN(v1::RoomKind kind, LoadRoomKind(options.file));
@@ -204,6 +215,12 @@ absl::StatusOr<ExitCode> ShowRoom(const FileOptions& options, Session& session) 
                    std::to_string(row.classes_size())});
   }
   things.Print(session.out(), 2);
+  for (const v1::RoomFurniture& row : kind.furniture()) {
+    NoteClassesThatAreOff(row.group(), row.classes(), session);
+  }
+  for (const v1::RoomThings& row : kind.things()) {
+    NoteClassesThatAreOff(row.bearer(), row.classes(), session);
+  }
   if (options.out.empty()) return kExitOk;
   // Built-in names are taken.
   kind.set_name("own_" + kind.name());

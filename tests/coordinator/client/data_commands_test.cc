@@ -42,6 +42,21 @@ TEST_F(CommandTest, FetchFromAStoreThatNobodySendsIsClear) {
   EXPECT_FALSE(fs::exists(dir_ + "/elsewhere")) << "a store is never made by reading it";
 }
 
+TEST_F(CommandTest, ARoomSaysWhichOfItsClassesAreOff) {
+  const std::string file = WriteText("yard.yaml",
+                                     "furniture:\n"
+                                     "  - {group: green, classes: [Cactus, Bush], count: [1, 2]}\n"
+                                     "  - {group: desk, classes: [SimpleDesk]}\n"
+                                     "things:\n"
+                                     "  - {bearer: desk, classes: [Urchin, Book]}\n");
+  const Outcome outcome = RunCommand({"config", "room", file});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("group green: Cactus is off in rooms"));
+  EXPECT_THAT(outcome.err, HasSubstr("group desk: Urchin is off in rooms"));
+  EXPECT_THAT(outcome.err, Not(HasSubstr("Bush")));
+  EXPECT_EQ(RunCommand({"config", "room", "office"}).err, "");
+}
+
 TEST_F(CommandTest, AuditTellsWhoDidWhat) {
   v1::AuditEntry entry;
   entry.set_id(7);

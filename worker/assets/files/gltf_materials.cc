@@ -3,6 +3,7 @@
 #include <absl/strings/escaping.h>
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -129,6 +130,9 @@ absl::StatusOr<FileMaterial> GltfMaterials::Read(const GltfEntry& material, bool
   for (const char* map : {"occlusionTexture", "emissiveTexture"}) {
     if (material.Has(map)) leave_out(map);
   }
+  ASSIGN_OR_RETURN(const std::vector<double> glow, material.NumbersOr("emissiveFactor", {0, 0, 0}));
+  const bool glows = std::any_of(glow.begin(), glow.end(), [](double g) { return g > 0; });
+  if (glows && !material.Has("emissiveTexture")) leave_out("emissiveFactor");
   if (is_old && old.Has("specularGlossinessTexture")) leave_out("specularGlossinessTexture");
   for (const auto& [name, value] : extensions.json.items()) {
     if (name != kSpecularGlossiness && name != "KHR_materials_unlit") leave_out(name);

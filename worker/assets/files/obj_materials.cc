@@ -116,6 +116,10 @@ absl::Status ReadLine(const std::string& key, std::string_view line, ObjMaterial
   } else if (key.starts_with("map_") || key == "bump" || key == "disp" || key == "decal" ||
              key == "refl") {
     material.left_out.push_back(key);
+  } else if (key == "ke") {
+    const std::vector<double> glow = TakeNumbers(line);
+    const bool glows = std::any_of(glow.begin(), glow.end(), [](double g) { return g > 0; });
+    if (glows) material.left_out.push_back("emission");
   } else if ((key == "d" && number && *number < 1) || (key == "tr" && number && *number > 0)) {
     material.left_out.push_back("transparency");
   }

@@ -324,6 +324,19 @@ TEST_F(MeshReadersTest, WhatIsNotUsedIsSaid) {
       Read("box.glb", glb).left_out,
       testing::ElementsAre("KHR_materials_clearcoat of material paint",
                            "emissiveTexture of material paint", "transparency of material paint"));
+  const auto glowing = [](const char* factor) {
+    return GlbWith(GlbBox(1, 1, 1), R"({"name":"paint",)",
+                   fmt::format(R"({{"name":"paint","emissiveFactor":{},)", factor));
+  };
+  EXPECT_THAT(Read("lamp.glb", glowing("[0,0.5,0]")).left_out,
+              testing::ElementsAre("emissiveFactor of material paint"));
+  EXPECT_THAT(Read("lamp.glb", glowing("[0,0,0]")).left_out, IsEmpty());
+  for (const auto& [line, left_out] :
+       {std::pair("Ke 0 0 0\n", std::vector<std::string>()),
+        {"Ke 0 0.5 0\n", std::vector<std::string>{"emission of material paint"}}}) {
+    Write("box.mtl", std::string("newmtl paint\nKd 1 1 1\n") + line);
+    EXPECT_EQ(Read("box.obj", ObjBox(1, 1, 1, "paint")).left_out, left_out);
+  }
   EXPECT_THAT(Read("lines.obj", ObjBox(1, 1, 1) + "l 1 2\nl 2 3\n").left_out,
               testing::ElementsAre("points and lines (2 times)"));
 }

@@ -12,6 +12,7 @@
 
 #include "common/base/hash.h"
 #include "common/base/names.h"
+#include "common/base/system/memory_budget.h"
 #include "worker/assets/files/gltf_data.h"
 #include "worker/materials/pictures/picture_folder.h"
 #include "worker/materials/pictures/texture_sets.h"
@@ -26,6 +27,7 @@ constexpr std::string_view kContentEndings[] = {".glb", ".obj", ".ply", ".mtl",
                                                 ".png", ".jpg", ".jpeg"};
 constexpr char kMaterialPrefix[] = "mesh:";
 constexpr size_t kMeshesKept = 16;
+constexpr int64_t kMemoryShare = 16;  // Meshes take this part of the process's memory at most.
 
 // Counts in all seeds and hashes: raised when the readers give other meshes or looks for the same
 // files, so that no result of before is taken for one of now.
@@ -48,6 +50,21 @@ struct MeshPlace {
   std::string dir;
   std::vector<FolderFile> files;  // The mesh first.
 };
+
+int64_t BytesOf(const MeshFile& file) {
+  const Mesh& mesh = file.mesh;
+  size_t bytes = mesh.positions.size() * (3 * sizeof(Vec3f) + sizeof(Vec2f)) +
+                 mesh.triangles.size() * sizeof(Triangle);
+  for (const FileMaterial& material : file.materials) {
+    if (!material.looks) continue;
+    const PbrPictures& looks = *material.looks;
+    for (const std::optional<PbrPicture>* picture :
+         {&looks.albedo, &looks.normal, &looks.roughness.picture, &looks.metallic.picture}) {
+      if (*picture) bytes += 3 * (*picture)->image.pixels();
+    }
+  }
+  return static_cast<int64_t>(bytes);
+}
 
 class Shelf {
  public:
@@ -77,11 +94,23 @@ class Shelf {
     auto file = std::make_shared<const MeshFile>(std::move(read));
     std::lock_guard<std::mutex> lock(mutex_);
     open_.emplace_front(seed, file);
-    if (open_.size() > kMeshesKept) open_.pop_back();
+    CloseOldest();
     return file;
   }
 
  private:
+  // The newest stays, however large it is.
+  void CloseOldest() {
+    const int64_t most_bytes = MemoryLimit() / kMemoryShare;
+    int64_t bytes = BytesOf(*open_.front().second);
+    size_t kept = 1;
+    for (; kept < std::min(open_.size(), kMeshesKept); ++kept) {
+      bytes += BytesOf(*open_[kept].second);
+      if (bytes > most_bytes) break;
+    }
+    open_.erase(open_.begin() + static_cast<std::ptrdiff_t>(kept), open_.end());
+  }
+
   std::mutex mutex_;
   std::map<uint64_t, MeshPlace> places_;
   std::deque<std::pair<uint64_t, std::shared_ptr<const MeshFile>>> open_;  // The newest first.

@@ -38,9 +38,9 @@ absl::StatusOr<OwnMeshes> ReadMeshFolders(const std::vector<std::string>& dirs);
 // Whether a class is the user's: begins with "own:".
 bool IsOwnClass(std::string_view asset_class);
 
-// Opens the file of a class "own:..."; the most recent files stay open. Errors: kNotFound for a
-// mesh of no folder that this process has read; kDataLoss when it has changed since; those of
-// ReadMeshFile.
+// Opens the file of a class "own:..."; the most recent files stay open within a sixteenth of the
+// process's memory. Errors: kNotFound for a mesh of no folder that this process has read; kDataLoss
+// when it has changed since; those of ReadMeshFile.
 absl::StatusOr<std::shared_ptr<const MeshFile>> OpenOwnMesh(std::string_view asset_class,
                                                             uint64_t seed);
 

@@ -3,9 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <filesystem>
+#include <memory>
 
 #include "common/base/system/file.h"
+#include "common/base/system/memory_budget.h"
 #include "common/image/io.h"
 #include "tests/folder_test.h"
 #include "tests/worker/assets/own_files.h"
@@ -199,6 +202,50 @@ TEST_F(OwnMeshesTest, APictureOfAGlbThatChangesIsNoticed) {
   const OwnMesh box = ReadMeshFolders({dir_})->meshes.at(0);
   ASSERT_TRUE(WritePng(dir_ + "/box/paint.png", ImageRgb8(8, 8, 200)).ok());
   EXPECT_EQ(OpenOwnMesh(box.asset_class, box.seed).status().code(), absl::StatusCode::kDataLoss);
+}
+
+// Triangles side by side, each with corners of its own.
+std::string PlyOfTriangles(int count, float height) {
+  std::string ply =
+      "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(3 * count) +
+      "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+      std::to_string(count) + "\nproperty list uchar uint vertex_indices\nend_header\n";
+  const auto append = [&ply](const auto& value) {
+    ply.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  };
+  for (int i = 0; i < count; ++i) {
+    const float x = static_cast<float>(i);
+    append(std::array<float, 9>{x, 0, 0, x + 0.5f, 0, 0, x, 0, height});
+  }
+  for (uint32_t i = 0; i < static_cast<uint32_t>(count); ++i) {
+    ply += '\3';
+    append(std::array<uint32_t, 3>{3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  return ply;
+}
+
+TEST_F(OwnMeshesTest, LargeMeshesDoNotStayOpenBesideOthers) {
+  constexpr int kTriangles = 120'000;
+  constexpr int64_t kBytesEach = 17'000'000;
+  Write("large/one.ply", PlyOfTriangles(kTriangles, 1));
+  Write("large/two.ply", PlyOfTriangles(kTriangles, 2));
+  Write("small/box.glb", GlbBox(1, 1, 1.75));
+  const OwnMeshes found = *ReadMeshFolders({dir_});
+  std::vector<std::weak_ptr<const MeshFile>> files;
+  SetMemoryLimit(ResidentMemory() + (192 << 20));
+  if (MemoryLimit() / 16 >= 2 * kBytesEach) {
+    SetMemoryLimit(0);
+    GTEST_SKIP() << "this process is so large that both fit";
+  }
+  for (const OwnMesh& mesh : found.meshes) {
+    const auto file = OpenOwnMesh(mesh.asset_class, mesh.seed);
+    EXPECT_TRUE(file.ok()) << file.status();
+    if (file.ok()) files.push_back(*file);
+  }
+  SetMemoryLimit(0);
+  ASSERT_EQ(files.size(), 3u);
+  EXPECT_TRUE(files[0].expired()) << "the two large ones are more than their share";
+  EXPECT_FALSE(files[2].expired()) << "the newest stays";
 }
 
 TEST_F(OwnMeshesTest, TheClassOfAFolderThatIsNamedCountsForItsContent) {

@@ -245,6 +245,9 @@ class GlbReader {
       }
     }
     if (source.attributes.Has("COLOR_0")) out_.left_out.push_back("vertex colours");
+    if ((*node_entries_)[node].Has("skin") && source.attributes.Has("JOINTS_1")) {
+      out_.left_out.push_back("joints beyond four a corner");
+    }
     RETURN_IF_ERROR(AddTriangles(source, mode, part));
     ASSIGN_OR_RETURN(part.material, materials_.PlaceOf(source.part, !part.uv.empty(), out_));
     part.step = FloatStep(part.positions) *

@@ -175,13 +175,20 @@ TEST_F(MeshReadersTest, SkinsAndMorphTargetsAreInTheirRestPose) {
   const int inverse = maker.Add(bind, kFloat, "MAT4");
   const int moved = maker.Add(target, kFloat, "VEC3");
   const int corners = maker.Add(kQuadCorners, kUnsignedShort, "SCALAR");
-  const std::string skinned = maker.Make(
-      fmt::format(R"({{"attributes":{{"POSITION":{},"JOINTS_0":{},"WEIGHTS_0":{}}},"indices":{}}})",
-                  at, joint, weight, corners),
-      fmt::format(R"("skins":[{{"joints":[1],"inverseBindMatrices":{}}}],)", inverse),
-      R"({"mesh":0,"skin":0,"scale":[100,100,100],"children":[1]},{"scale":[0.02,0.02,0.02]})");
-  EXPECT_NEAR(Read("skin.glb", skinned).mesh.Bounds().sizes().x(), 2, 1e-4f)
-      << "by its joint, not by its node too";
+  const auto skinned = [&](const std::string& more) {
+    return maker.Make(
+        fmt::format(
+            R"({{"attributes":{{"POSITION":{},"JOINTS_0":{},"WEIGHTS_0":{}{}}},"indices":{}}})", at,
+            joint, weight, more, corners),
+        fmt::format(R"("skins":[{{"joints":[1],"inverseBindMatrices":{}}}],)", inverse),
+        R"({"mesh":0,"skin":0,"scale":[100,100,100],"children":[1]},{"scale":[0.02,0.02,0.02]})");
+  };
+  const MeshFile skin = Read("skin.glb", skinned(""));
+  EXPECT_NEAR(skin.mesh.Bounds().sizes().x(), 2, 1e-4f) << "by its joint, not by its node too";
+  EXPECT_THAT(skin.left_out, testing::IsEmpty());
+  const std::string eight = fmt::format(R"(,"JOINTS_1":{},"WEIGHTS_1":{})", joint, weight);
+  EXPECT_THAT(Read("eight.glb", skinned(eight)).left_out,
+              testing::ElementsAre("joints beyond four a corner"));
   const std::string part = fmt::format(
       R"({{"attributes":{{"POSITION":{}}},"indices":{},"targets":[{{"POSITION":{}}}]}})", at,
       corners, moved);

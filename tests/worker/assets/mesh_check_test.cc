@@ -179,6 +179,19 @@ TEST(PlyCheck, BinaryListsMustBeThere) {
   EXPECT_THAT(MessageOf(CheckPly(other)), HasSubstr("no list vertex_indices"));
 }
 
+TEST(PlyCheck, StripsAreCountedWhileTheyAreRead) {
+  constexpr uint32_t kCorners = 2'000'003;
+  std::string ply =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty uchar x\n"
+      "property uchar y\nproperty uchar z\nelement tristrips 1\n"
+      "property list uint uchar vertex_indices\nend_header\n";
+  ply += std::string("\0\0\0\1\0\0\0\1\0", 9);
+  ply.append(reinterpret_cast<const char*>(&kCorners), sizeof(kCorners));
+  for (uint32_t i = 0; i < kCorners; ++i) ply += static_cast<char>(i % 3);
+  EXPECT_THAT(MessageOf(CheckPly(ply)),
+              HasSubstr("tristrips 0: 2000001 triangles or more, wanted 1 to 2000000"));
+}
+
 TEST(MeshChecks, NameTheFile) {
   const std::string path = testing::TempDir() + "mesh_checks.glb";
   ASSERT_TRUE(WriteFile(path, GlbWith(GlbBox(1, 2, 3), R"("count":8)", R"("count":9)")).ok());

@@ -19,6 +19,8 @@ namespace parallax {
 namespace {
 
 constexpr size_t kMostHeaderBytes = 64 << 10;
+// Strips of one triangle each, with what divides them.
+constexpr size_t kMostListed = 4 * size_t{kMostTrianglesOfAFile};
 constexpr std::string_view kBlanks = " \t\r";
 
 struct Type {
@@ -309,6 +311,10 @@ class PlyReader {
       for (; count > 0; --count) {
         const std::optional<double> number = body_.Number(property.type);
         if (!number) return Ends(element, i);
+        if (numbers.size() == kMostListed) {
+          return InvalidArgument("{} {}: a list of more than {} numbers", element.name, i,
+                                 kMostListed);
+        }
         numbers.push_back(*number);
       }
     }
@@ -362,7 +368,7 @@ class PlyReader {
       }
       face.corners.push_back(static_cast<uint32_t>(vertex));
       if (!is_strips || face.corners.size() < 3) continue;
-      faces_.push_back(face);
+      RETURN_IF_ERROR(Keep(element, i, face));
       if (is_odd) std::swap(faces_.back().corners[0], faces_.back().corners[1]);
       is_odd = !is_odd;
       face.corners.erase(face.corners.begin());
@@ -374,6 +380,15 @@ class PlyReader {
     if (!picture.empty() && picture.front() > 0 &&
         picture.front() < static_cast<double>(header_.pictures.size())) {
       face.picture = static_cast<size_t>(picture.front());
+    }
+    return Keep(element, i, std::move(face));
+  }
+
+  absl::Status Keep(const Element& element, uint64_t i, Face face) {
+    triangles_ += std::max(int64_t{0}, static_cast<int64_t>(face.corners.size()) - 2);
+    if (triangles_ > kMostTrianglesOfAFile) {
+      return InvalidArgument("{} {}: {} triangles or more, wanted 1 to {}", element.name, i,
+                             triangles_, kMostTrianglesOfAFile);
     }
     faces_.push_back(std::move(face));
     return absl::OkStatus();
@@ -437,6 +452,7 @@ class PlyReader {
   std::map<std::string, size_t> places_;  // Properties of the element that is read.
   MeshPart vertex_;                       // All vertices.
   std::vector<Face> faces_;
+  int64_t triangles_ = 0;  // Of the faces.
   MeshParts out_;
 };
 

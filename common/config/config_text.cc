@@ -9,6 +9,7 @@
 #include "common/base/system/file.h"
 #include "common/base/system/sought_files.h"
 #include "common/config/check/field_rules.h"
+#include "common/config/check/limits.h"
 
 namespace parallax::config_internal {
 namespace {
@@ -16,7 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kBuiltinPrefix = "builtin:";
-constexpr size_t kMostBytes = 4 << 20;
 constexpr size_t kMostNeighbours = 1000;
 
 bool IsFile(const std::string& path) {
@@ -58,7 +58,7 @@ absl::StatusOr<ConfigText> ReadFileOrBuiltin(const std::string& path, const std:
                                              const std::string& name) {
   NoteSought(path);  // A missing one may come.
   if (IsFile(path)) {
-    ASSIGN_OR_RETURN(std::string text, ReadFile(path, kMostBytes));
+    ASSIGN_OR_RETURN(std::string text, ReadFile(path, kMaxStudyFileBytes));
     return ConfigText{path, std::move(text)};
   }
   absl::StatusOr<ConfigText> builtin = ReadBuiltin(folder + "/" + name + ".yaml");

@@ -65,7 +65,8 @@ std::list<StudyFile> ReadFiles(std::string_view yaml, const std::string& file,
   std::list<StudyFile> files;
   ConfigText next{file, std::string(yaml)};
   while (true) {
-    const std::optional<YAML::Node> root = ParseYaml(next.text, next.file, errors);
+    const std::optional<YAML::Node> root =
+        ParseYaml(next.text, next.file, errors, kMaxStudyFileBytes);
     if (!root) return files;
     files.push_front({next.text, YamlReader(next.file, &errors), *root, std::nullopt});
     StudyFile& read = files.front();
@@ -113,7 +114,7 @@ class StudyLoader {
     spec_.set_seed(1);
     for (StudyFile& file : files_) ReadRoot(file);
     if (readable) Complete(files_.back());
-    spec_.set_source_yaml(std::string(yaml_));
+    if (yaml_.size() <= kMaxYamlBytes) spec_.set_source_yaml(std::string(yaml_));
     if (readable) errors_.AddFindings(CheckStudy(spec_), origins_, file_);
     if (!errors_.empty()) return errors_.ToStatus();
     std::sort(spec_.mutable_tags()->begin(), spec_.mutable_tags()->end());
@@ -498,7 +499,7 @@ absl::StatusOr<v1::StudySpec> ReadStudy(std::string_view yaml, const std::string
 
 bool IsStudyText(std::string_view yaml) {
   ConfigErrors ignored;
-  const std::optional<YAML::Node> root = ParseYaml(yaml, "", ignored);
+  const std::optional<YAML::Node> root = ParseYaml(yaml, "", ignored, kMaxStudyFileBytes);
   if (!root || !root->IsMap()) return true;
   const google::protobuf::Descriptor& scene = *v1::SceneConfig::descriptor();
   return std::any_of(std::begin(kStudyFields), std::end(kStudyFields), [&](const char* field) {

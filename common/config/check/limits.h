@@ -10,8 +10,10 @@ namespace parallax {
 // Largest study, in bytes of its message with all defaults written out; 1,000 variants take about
 // 1.2 MB.
 inline constexpr size_t kMaxStudyBytes = 2 << 20;
-// Largest study file or scene config, in bytes; it is kept beside the dataset.
+// Largest scene config, and largest study file that is kept beside the dataset as it is, in bytes.
 inline constexpr size_t kMaxYamlBytes = 512 << 10;
+// Largest study file that is read, in bytes: the lock file of 1,000 variants has about 5 MB.
+inline constexpr size_t kMaxStudyFileBytes = 16 << 20;
 inline constexpr int kMaxVariants = 1000;
 inline constexpr int64_t kMaxPairs = 100'000'000;  // Pairs of one variant.
 inline constexpr int kMaxRigsPerScene = 1000;

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <sstream>
 
-#include "common/config/check/limits.h"
-
 namespace parallax::config_internal {
 namespace {
 
@@ -81,10 +79,10 @@ void AddSyntaxError(const YAML::Exception& error, std::string_view text, const s
 }  // namespace
 
 std::optional<YAML::Node> ParseYaml(std::string_view text, const std::string& file,
-                                    ConfigErrors& errors) {
-  if (text.size() > kMaxYamlBytes) {
+                                    ConfigErrors& errors, size_t most_bytes) {
+  if (text.size() > most_bytes) {
     errors.Add({file, 0, ""},
-               fmt::format("larger than {} KiB: not a configuration", kMaxYamlBytes >> 10));
+               fmt::format("larger than {} KiB: not a configuration", most_bytes >> 10));
     return std::nullopt;
   }
   if (text.find('\0') != std::string_view::npos) {

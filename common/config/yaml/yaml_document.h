@@ -8,13 +8,14 @@
 #include <string_view>
 
 #include "common/config/check/config_errors.h"
+#include "common/config/check/limits.h"
 
 namespace parallax::config_internal {
 
 // Returns the root of the only document in `text`; an empty text gives a null node. Returns nothing
-// for a text that is larger than kMaxYamlBytes or not YAML. `errors` then says so, and names
-// `file`; a second document is an error there, too.
+// for a text that is larger than `most_bytes` or not YAML. `errors` then says so, and names `file`;
+// a second document is an error there, too.
 std::optional<YAML::Node> ParseYaml(std::string_view text, const std::string& file,
-                                    ConfigErrors& errors);
+                                    ConfigErrors& errors, size_t most_bytes = kMaxYamlBytes);
 
 }  // namespace parallax::config_internal

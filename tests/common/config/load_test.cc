@@ -283,6 +283,22 @@ TEST(VariantBase, IsReadBeforeSetWhereverItStands) {
   EXPECT_EQ(study->rigs_per_scene(), 7);
 }
 
+TEST_F(LoadTest, TheLockFileOfManyVariantsIsReadBack) {
+  std::string yaml = "study: many\npairs: 1\nvariants:\n";
+  for (int i = 0; i < 150; ++i) yaml += "  - {name: v" + std::to_string(i) + "}\n";
+  const auto study = ParseStudy(yaml, "s.yaml");
+  ASSERT_TRUE(study.ok()) << study.status();
+  const std::string lock = StudyToYaml(*study);
+  ASSERT_GT(lock.size(), size_t{512} << 10);
+  // Longer than that of any study with as many variants as may be.
+  const std::string rest(size_t{4} << 20, '#');
+  auto again = LoadStudy(Write("study.lock.yaml", lock + rest + "\n"));
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->source_yaml(), "") << "a small file only is kept as it is";
+  again->set_source_yaml(study->source_yaml());
+  EXPECT_TRUE(MessageDifferencer::Equals(*again, *study));
+}
+
 TEST(LoadStudy, AMissingFileIsToldWithTheBuiltInNames) {
   const absl::Status status = LoadStudy("no/such.yaml").status();
   EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);

@@ -2,8 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "common/base/system/file.h"
 #include "common/config/check/notify_check.h"
 #include "common/config/config.h"
+#include "tests/folder_test.h"
 
 namespace parallax {
 namespace {
@@ -50,6 +52,18 @@ TEST(NotifyStudyTest, WhatIsWrongIsNamedWithoutTheAddress) {
       "s.yaml");
   EXPECT_THAT(std::string(endless.status().message()),
               HasSubstr("s.yaml:4: notify.on: only done, and an endless study never is"));
+}
+
+using NotifyFilesTest = FolderTest;
+
+TEST_F(NotifyFilesTest, AStudyThatExtendsAnotherChangesItsEventsAlone) {
+  const std::string base = kNotifyStudy + std::string("notify: {url: ") + kUrl + "}\n";
+  ASSERT_TRUE(WriteFile(dir_ + "/base.yaml", base).ok());
+  const auto study =
+      ParseStudy("study: t\nextends: base.yaml\nnotify: {on: [failed]}\n", dir_ + "/t.yaml");
+  ASSERT_TRUE(study.ok()) << study.status();
+  EXPECT_EQ(study->notify().url(), kUrl);
+  EXPECT_THAT(study->notify().on(), ElementsAre("failed"));
 }
 
 TEST(NotifyStudyTest, WhatOthersSeeHasItsHostOnly) {

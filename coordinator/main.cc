@@ -15,6 +15,7 @@
 
 #include "common/base/completion.h"
 #include "common/base/status.h"
+#include "common/base/system/file.h"
 #include "common/base/system/log.h"
 #include "common/base/usage_error.h"
 #include "common/base/version.h"
@@ -431,6 +432,7 @@ int Main(int argc, char** argv) {
 }  // namespace parallax
 
 int main(int argc, char** argv) {
+  parallax::HoldStandardStreams();
   std::set_terminate(parallax::EndByException);
   return parallax::Main(argc, argv);
 }

@@ -1,6 +1,7 @@
 // The program `worker`: the agent with the real stages.
 #include <tbb/global_control.h>
 
+#include "common/base/system/file.h"
 #include "common/base/system/memory_end.h"
 #include "worker/agent/worker_program.h"
 #include "worker/jobs/jobs.h"
@@ -9,6 +10,7 @@
 #include "worker/materials/pictures/user_picture.h"
 
 int main(int argc, char** argv) {
+  parallax::HoldStandardStreams();
   parallax::NameUncaughtExceptions("worker");
   std::unique_ptr<tbb::global_control> threads;  // One limit for all jobs together.
   const auto options = std::make_shared<parallax::JobOptions>();

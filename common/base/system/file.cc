@@ -86,4 +86,11 @@ absl::Status MakeFolders(const std::string& dir) {
   return error ? ErrnoError(error.value(), "make " + dir) : absl::OkStatus();
 }
 
+void HoldStandardStreams() {
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    // The lowest descriptor that is free is the one that is closed.
+    if (::fcntl(fd, F_GETFD) < 0 && errno == EBADF) (void)::open("/dev/null", O_RDONLY);
+  }
+}
+
 }  // namespace parallax

@@ -29,4 +29,9 @@ absl::StatusOr<DiskSpace> SpaceOfDisk(const std::string& path);
 // Makes the folder `dir` of this machine, with its parents. Errors: those of mkdir(2).
 absl::Status MakeFolders(const std::string& dir);
 
+// Takes the places of a standard input, output or error that the program was started without
+// (`>&-`): the next file or socket would be opened as it, and get what is printed. Writing there
+// goes on to fail. Call it before anything is opened.
+void HoldStandardStreams();
+
 }  // namespace parallax

@@ -1,7 +1,9 @@
 #include "common/base/system/file.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 
@@ -27,6 +29,16 @@ TEST(File, ErrorsNameThePathAndTheCause) {
   const absl::Status full = WriteFile("/dev/full", "x");
   EXPECT_EQ(full.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_EQ(std::string(full.message()), "write /dev/full: No space left on device");
+}
+
+TEST(File, NoneIsOpenedAsAStandardStreamThatIsClosed) {
+  const auto open_next = [] {
+    for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::close(fd);
+    HoldStandardStreams();
+    const bool is_another = ::open("/dev/null", O_WRONLY) > STDERR_FILENO;
+    ::_exit(is_another && ::write(STDOUT_FILENO, "x", 1) < 0 ? 0 : 1);
+  };
+  EXPECT_EXIT(open_next(), testing::ExitedWithCode(0), "");
 }
 
 }  // namespace

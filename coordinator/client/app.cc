@@ -102,6 +102,7 @@ int RunChosen(const std::vector<std::string>& arguments, Environment& environmen
   app.require_subcommand(0, 1);
   Registry registry{app, options, chosen};
   RegisterAll(registry);
+  ReadNumbersAsDecimal(app);
 
   try {
     // CLI11 takes the arguments from the back.

@@ -64,6 +64,23 @@ void Registry::SetAction(CLI::App* command, Action action) {
   });
 }
 
+std::string AsDecimal(std::string text) {
+  const size_t sign = text.starts_with('-') || text.starts_with('+') ? 1 : 0;
+  if (text.find_first_not_of("0123456789", sign) != std::string::npos) return text;
+  while (text.size() > sign + 1 && text[sign] == '0') text.erase(sign, 1);
+  return text;
+}
+
+void ReadNumbersAsDecimal(CLI::App& app) {
+  for (CLI::Option* option : app.get_options()) {
+    const std::string type = option->get_type_name();
+    if (type.starts_with("INT") || type.starts_with("UINT")) option->transform(AsDecimal);
+  }
+  for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
+    ReadNumbersAsDecimal(*command);
+  }
+}
+
 void Registry::AddJsonOption(CLI::App* command) {
   command->add_flag("--json", options.json, "JSON on standard output, for scripts");
 }

@@ -6,7 +6,9 @@
 #include <functional>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
+#include <type_traits>
 
 #include "common/base/status.h"
 #include "coordinator/client/app.h"
@@ -69,11 +71,24 @@ struct Registry {
   void AddConnectionOptions(CLI::App* command);  // And --json.
 };
 
+// Returns a whole number without zeros in front, which CLI11 takes for octal: "010" as "10". Other
+// texts are returned as they are.
+std::string AsDecimal(std::string text);
+// Lets all options of `app` and its commands read whole numbers so, where AddOption does not.
+void ReadNumbersAsDecimal(CLI::App& app);
+
+template <typename Value>
+inline constexpr bool kIsWhole = std::is_integral_v<Value> && !std::is_same_v<Value, bool>;
+template <typename Value>
+inline constexpr bool kIsWhole<std::optional<Value>> = kIsWhole<Value>;
+
 // Adds an option whose value is called `type` in the help. `value` outlives the command.
 template <typename Value>
 CLI::Option* AddOption(CLI::App* command, const char* names, const char* type, Value& value,
                        const std::string& description) {
-  return command->add_option(names, value, description)->type_name(type);
+  CLI::Option* const option = command->add_option(names, value, description)->type_name(type);
+  if constexpr (kIsWhole<Value>) option->transform(AsDecimal);
+  return option;
 }
 
 // Register the commands of these names; each has a file of its own in this folder.

@@ -22,7 +22,10 @@ TEST_F(CommandTest, APriorityIsSetAndTold) {
     EXPECT_EQ(Run({"priority", "3", bad}).exit_code, kExitUsage) << bad;
   }
   EXPECT_EQ(Run({"priority", "3"}).exit_code, kExitUsage);
-  EXPECT_THAT(coordinator_.orders, ElementsAre("priority 3 10 deadline", "priority 3 -5 "));
+  EXPECT_EQ(RunJson({"priority", "3", "-010"})["priority"], -10) << "no octal number";
+  EXPECT_THAT(coordinator_.orders,
+              ElementsAre("priority 3 10 deadline", "priority 3 -5 ", "priority 3 -10 "));
+  EXPECT_EQ(RunJson({"limits", "3", "--max-running", "012"})["max_running"], 12);
 }
 
 TEST_F(CommandTest, CommentsAreKeptWithTheStudy) {

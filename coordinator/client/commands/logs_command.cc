@@ -128,13 +128,17 @@ absl::StatusOr<ExitCode> Logs(const LogsOptions& options, Session& session) {
       return FollowAttempt(attempt, options, *connection, session);
     }
   }
+  // Nothing is there to be followed: the exit status says whether the job has succeeded.
+  const ExitCode exit_code =
+      options.follow && reply.job().state() != "SUCCEEDED" ? kExitFailed : kExitOk;
   if (session.options.json) {
-    return session.PrintJson({{"job_id", reply.job().job_id()},
-                              {"kind", reply.job().kind()},
-                              {"state", LowerName(reply.job().state())},
-                              {"variant", reply.job().variant()},
-                              {"label", reply.job().label()},
-                              {"attempts", JsonList(reply.attempts(), AttemptJson)}});
+    session.PrintJson({{"job_id", reply.job().job_id()},
+                       {"kind", reply.job().kind()},
+                       {"state", LowerName(reply.job().state())},
+                       {"variant", reply.job().variant()},
+                       {"label", reply.job().label()},
+                       {"attempts", JsonList(reply.attempts(), AttemptJson)}});
+    return exit_code;
   }
   *session.out().stream << JobName(reply.job()) << " is " << LowerName(reply.job().state()) << "; "
                         << (reply.attempts().empty() ? "no attempt yet"
@@ -145,7 +149,7 @@ absl::StatusOr<ExitCode> Logs(const LogsOptions& options, Session& session) {
   for (int i = reply.attempts_size(); i-- > 0;) {
     PrintAttempt(reply.attempts(i), now_unix_s, session);
   }
-  return kExitOk;
+  return exit_code;
 }
 
 }  // namespace
@@ -157,8 +161,9 @@ void RegisterLogs(Registry& registry) {
       "`parallax jobs STUDY` lists the numbers of jobs. The last 200 lines of each failed attempt\n"
       "are kept (at most 16 kB; the newest 1,000 logs of a coordinator); a worker that was killed\n"
       "has sent none. A running attempt shows its last lines, at most 2 kB; --follow prints new\n"
-      "lines as they come, until it ends: exit status 0 if it has succeeded, else 1. With --json\n"
-      "each line is an object, and the last one is the attempt.\n"
+      "lines as they come, until it ends: exit status 0 if it has succeeded, else 1; so where "
+      "none\n"
+      "runs any more. With --json each line is an object, and the last one is the attempt.\n"
       "\n"
       "Examples:\n"
       "  parallax logs 4711\n"

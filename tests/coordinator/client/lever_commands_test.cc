@@ -83,8 +83,12 @@ TEST_F(CommandTest, ALogIsFollowedUntilItsAttemptEnds) {
   EXPECT_THAT(outcome.out,
               HasSubstr("one\ntwo\nthree\n...\nnine\nten\nbang\n\nfailed on w1, 0.0 s"));
   EXPECT_THAT(outcome.out, HasSubstr("INTERNAL: it burns\n"));
-  // One that has ended is told as ever.
-  EXPECT_THAT(Run({"logs", "17", "--follow"}).out, HasSubstr("job 17 (train"));
+  // One that has ended is told as ever, with the same exit status.
+  outcome = Run({"logs", "17", "--follow"});
+  EXPECT_THAT(outcome.out, HasSubstr("job 17 (train"));
+  EXPECT_EQ(outcome.exit_code, kExitFailed);
+  EXPECT_EQ(Run({"logs", "17", "--follow", "--json"}).exit_code, kExitFailed);
+  EXPECT_EQ(Run({"logs", "17"}).exit_code, kExitOk);
 
   looks = 0;
   attempt.clear_log_tail();
@@ -99,6 +103,8 @@ TEST_F(CommandTest, ALogIsFollowedUntilItsAttemptEnds) {
   const size_t end = outcome.out.find('\n');
   EXPECT_EQ(Json::parse(outcome.out.substr(0, end))["line"], "one");
   EXPECT_EQ(Json::parse(outcome.out.substr(end))["ending"], "succeeded");
+  job.set_state("SUCCEEDED");
+  EXPECT_EQ(Run({"logs", "17", "--follow"}).exit_code, kExitOk);
 }
 
 }  // namespace

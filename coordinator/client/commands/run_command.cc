@@ -42,7 +42,7 @@ int DefaultWorkers() {
 absl::Status ConfirmSpace(const v1::StudySpec& study, const OutDir& out, const RunOptions& options,
                           const Session& session) {
   const int64_t free = out.FreeBytes();
-  const int64_t needed = EstimateBytes(study);
+  const int64_t needed = EstimateMissingBytes(study, out.path());
   if (free < 0 || needed < free) return absl::OkStatus();
   return session.Confirm("the study needs about " + FormatBytes(static_cast<double>(needed)) +
                              ", but only " + FormatBytes(static_cast<double>(free)) +

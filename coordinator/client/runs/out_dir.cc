@@ -4,11 +4,15 @@
 
 #include <cerrno>
 #include <filesystem>
+#include <iterator>
+#include <set>
 
 #include "common/base/system/file.h"
+#include "common/config/config.h"
 #include "common/config/frame_maps.h"
 #include "coordinator/client/views/text.h"
 #include "coordinator/study/expansion.h"
+#include "worker/dataset/archive/study_change.h"
 
 namespace parallax::client {
 namespace {
@@ -124,6 +128,39 @@ int64_t EstimateBytes(const v1::StudySpec& study) {
              BytesPerPixel(variant.config().render());
   }
   return static_cast<int64_t>(bytes);
+}
+
+namespace {
+
+int64_t PairsThereOf(const std::string& variant_dir) {
+  int64_t pairs = 0;
+  std::error_code error;
+  for (const auto& scene : fs::directory_iterator(variant_dir + "/frames", error)) {
+    const fs::directory_iterator rigs(scene.path(), error);
+    pairs += std::distance(fs::begin(rigs), fs::end(rigs));
+  }
+  return pairs;
+}
+
+}  // namespace
+
+int64_t EstimateMissingBytes(const v1::StudySpec& study, const std::string& out_dir) {
+  const absl::StatusOr<v1::StudySpec> before = LoadStudy(out_dir + "/study.lock.yaml");
+  if (!before.ok()) return EstimateBytes(study);
+  std::set<std::string> dropped;
+  for (const DroppedPart& part : PartsDropped(*before, study)) {
+    dropped.insert(part.paths.begin(), part.paths.end());
+  }
+  v1::StudySpec missing;
+  for (const v1::VariantSpec& variant : study.variants()) {
+    int64_t pairs = PairsOf(study, variant);
+    if (!dropped.contains(variant.name())) pairs -= PairsThereOf(out_dir + "/" + variant.name());
+    if (pairs <= 0) continue;
+    v1::VariantSpec& part = *missing.add_variants();
+    *part.mutable_config() = variant.config();
+    part.set_pairs(pairs);
+  }
+  return EstimateBytes(missing);
 }
 
 }  // namespace parallax::client

@@ -59,5 +59,8 @@ absl::Status CheckNotInDataset(const std::string& path);
 // Estimates the bytes that a study's pairs will take on disk, from the size of its images and the
 // maps that it writes.
 int64_t EstimateBytes(const v1::StudySpec& study);
+// Estimates the bytes that the study takes beside the pairs that the dataset in `out_dir` has with
+// these settings.
+int64_t EstimateMissingBytes(const v1::StudySpec& study, const std::string& out_dir);
 
 }  // namespace parallax::client

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/config/config.h"
 #include "coordinator/client/exit_code.h"
 #include "tests/folder_test.h"
 
@@ -79,6 +80,26 @@ TEST_F(OutDirTest, ForeignFilesAreSeen) {
   EXPECT_TRUE(HoldsForeignFiles(dir_));
   std::ofstream(dir_ + "/study.lock.yaml") << "x";
   EXPECT_FALSE(HoldsForeignFiles(dir_)) << "a dataset of ours";
+}
+
+TEST_F(OutDirTest, PairsThatAreThereNeedNoMoreSpace) {
+  const auto of_size = [](const std::string& size) {
+    return *ParseStudy("study: s\npairs: 4\nrigs_per_scene: 2\nvariants: [{name: a, set: {rigs: {" +
+                           size + "}}}]\n",
+                       "s.yaml");
+  };
+  const v1::StudySpec study = of_size("width_px: 640, height_px: 360");
+  EXPECT_EQ(EstimateMissingBytes(study, dir_), EstimateBytes(study));
+  std::ofstream(dir_ + "/study.lock.yaml") << StudyToYaml(study);
+  for (const char* frame : {"000000/000", "000000/001", "000001/000"}) {
+    fs::create_directories(dir_ + "/a/frames/" + frame);
+  }
+  EXPECT_NEAR(4.0 * static_cast<double>(EstimateMissingBytes(study, dir_)),
+              static_cast<double>(EstimateBytes(study)), 4);
+  const v1::StudySpec other = of_size("width_px: 320, height_px: 180");
+  EXPECT_EQ(EstimateMissingBytes(other, dir_), EstimateBytes(other)) << "those are put aside";
+  fs::create_directories(dir_ + "/a/frames/000001/001");
+  EXPECT_EQ(EstimateMissingBytes(study, dir_), 0);
 }
 
 TEST(EstimateBytes, GrowsWithPairsVariantsAndPixels) {

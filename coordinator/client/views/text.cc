@@ -48,8 +48,10 @@ std::vector<std::string> NewLines(std::string_view before, std::string_view now)
   const std::vector<std::string> old = LinesOf(before);
   std::vector<std::string> lines = LinesOf(now);
   const auto rest_from = [&](size_t at) {
-    // The last line that both have comes again if there is more of it now.
-    if (!old.empty() && lines[at - 1].size() > old.back().size() && at > 1) --at;
+    // The last line that both have comes again if there is more of it now. The first one may only
+    // have more of its begin.
+    const bool is_longer = !old.empty() && lines[at - 1].size() > old.back().size();
+    if (is_longer && (at > 1 || lines[0].starts_with(old.back()))) --at;
     return std::vector<std::string>(lines.begin() + static_cast<std::ptrdiff_t>(at), lines.end());
   };
   if (old.empty()) return lines;

@@ -94,6 +94,8 @@ TEST(NewLines, AreThoseBehindWhatWasSaid) {
       {"same\nsame", "same\nsame\nsame", {"same"}},
       {"b\nc", "a\nb\nc\nd", {"d"}},                  // The end that is kept is longer.
       {"step 1\nste", "step 1\nstep 2", {"step 2"}},  // A line that was not whole.
+      {"step 1", "step 1 of 9", {"step 1 of 9"}},     // Nor was the only one.
+      {"ep 1", "step 1\nstep 2", {"step 2"}},
       {"first\nsecond\nthird", "ond\nthird\nfourth", {"fourth"}},
       {"cond\nthird", "first\nsecond\nthird\nfourth", {"fourth"}},
       {"a\n\nb", "\nb\n\nc", {"", "c"}},

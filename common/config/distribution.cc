@@ -37,6 +37,7 @@ double InverseNormalCdf(double p) {
     x = (((((a[0] * r + a[1]) * r + a[2]) * r + a[3]) * r + a[4]) * r + a[5]) * q /
         (((((b[0] * r + b[1]) * r + b[2]) * r + b[3]) * r + b[4]) * r + 1);
   }
+  if (x < -37) return x;  // exp(x * x / 2) is infinite from here on.
   const double error = NormalCdf(x) - p;
   const double step = error * std::sqrt(2 * std::numbers::pi) * std::exp(x * x / 2);
   return x - step / (1 + x * step / 2);
@@ -56,12 +57,10 @@ double DrawClipGaussian(const v1::Distribution::ClipGaussian& gaussian, double u
   const double p_low = NormalCdf(low), p_high = NormalCdf(high);
   const double p = p_low + u * (p_high - p_low);
   double x;
-  if (p <= 0) {  // Beyond 38 standard deviations: the nearest end holds all there is.
+  if (p_high <= 0) {  // Beyond 38 standard deviations: the nearest end holds all there is.
     x = high;
-  } else if (p >= 1) {
-    x = low;
   } else {
-    x = InverseNormalCdf(p);
+    x = p <= 0 ? low : InverseNormalCdf(std::min(p, std::nextafter(1.0, 0.0)));
   }
   if (mirror) x = -x;
   return std::clamp(gaussian.mean() + gaussian.std() * x, gaussian.low(), gaussian.high());

@@ -36,6 +36,7 @@ TEST(Draw, GivesTheInverseOfTheDistributionFunction) {
       {"{clip_gaussian: [2, 0.5, 1, 3]}", 0, 1},
       {"{clip_gaussian: [0, 1e-3, 5, 6]}", 0.5, 5},  // 5000 standard deviations off.
       {"{clip_gaussian: [9, 1e-3, 5, 6]}", 0.5, 6},
+      {"{clip_gaussian: [5, 0.1, 0.5, 6]}", 0, 0.5},  // 45 standard deviations off.
   };
   for (const auto& row : rows) {
     EXPECT_NEAR(Draw(ParsedDistribution(row.yaml), row.u), row.want, 1e-12)
@@ -46,6 +47,15 @@ TEST(Draw, GivesTheInverseOfTheDistributionFunction) {
   EXPECT_EQ(Draw(coin, 0.69), 0);
   EXPECT_EQ(Draw(coin, 0.71), 1);
   EXPECT_EQ(Draw(v1::Distribution(), 0.5), 0);
+}
+
+TEST(Draw, TruncatedGaussianHasItsTails) {
+  const double below_one = std::nextafter(1.0, 0.0);
+  const auto upper_half = ParsedDistribution("{clip_gaussian: [1, 0.1, 1, 6]}");
+  EXPECT_NEAR(Draw(upper_half, below_one), 1.82, 0.01) << "8.2 standard deviations";
+  // Hardly any probability can be so small.
+  const auto far_off = ParsedDistribution("{clip_gaussian: [1, 0.1, 4.775, 4.8]}");
+  EXPECT_NEAR(Draw(far_off, 0.5), 4.777, 0.002);
 }
 
 TEST(Draw, TruncatedGaussianFollowsItsDistributionFunction) {

@@ -176,7 +176,7 @@ absl::StatusOr<ExitCode> Search(const SearchOptions& options, Session& session) 
     }
     ASSIGN_OR_RETURN(search, connection->StopSearch(search.name(), options.forget));
     session.PrintNote(search.name() + (options.forget ? " is being removed" : " is stopped"));
-    return kExitOk;
+    return session.options.json ? session.PrintJson(SearchJson(search)) : kExitOk;
   }
   if (options.watch) {
     ASSIGN_OR_RETURN(const bool is_at_end, WatchSearch(*connection, session, search));

@@ -300,6 +300,7 @@ TEST_F(SearchCommandTest, AFileBeginsASearchAndANameFindsIt) {
   EXPECT_EQ(Run({"camera", "--forget", "--yes"}).exit_code, kExitOk);
   EXPECT_EQ(Run({"camera", "--forget"}).exit_code, kExitUsage);  // Nobody agrees.
   EXPECT_THAT(searches_.orders, ElementsAre("open camera", "stop camera", "forget camera"));
+  EXPECT_EQ(nlohmann::json::parse(Run({"camera", "--stop", "--json"}).out)["name"], "camera");
   const Outcome unknown = Run({"kamera"});
   EXPECT_EQ(unknown.exit_code, kExitUsage);
   EXPECT_THAT(unknown.err, HasSubstr("no search 'kamera'"));

@@ -307,10 +307,14 @@ void RegisterConfig(Registry& registry) {
                      "ZED: HD (default), 2K, FHD, VGA, FHD1200, SVGA; KITTI: 02 (default) or 00");
   camera->add_option("--unit-m", camera_options->unit_m,
                      "Length of the file's unit in metres (default: its format's)");
-  camera->add_option("--width", camera_options->width,
-                     "Width of the pictures in pixels, if the file does not have it");
-  camera->add_option("--height", camera_options->height,
-                     "Height of the pictures in pixels, if the file does not have it");
+  CLI::Option* width =
+      camera->add_option("--width", camera_options->width,
+                         "Width of the pictures in pixels, if the file does not have it");
+  CLI::Option* height =
+      camera->add_option("--height", camera_options->height,
+                         "Height of the pictures in pixels, if the file does not have it");
+  width->needs(height);
+  height->needs(width);
   registry.SetAction(
       camera, [camera_options](Session& session) { return Camera(*camera_options, session); });
   CLI::App* list =

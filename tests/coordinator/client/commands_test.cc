@@ -120,6 +120,7 @@ TEST_F(CommandTest, UsageErrorsAreOneLineAndExitTwo) {
       {{"config", "camera", "nosuch"},
        "error: nosuch: no such file; as a preset: \"nosuch\" is not known (allowed: "
        "zed_2i"},
+      {{"config", "camera", "kitti", "--width", "640"}, "--height"},
       {{"submit", "baseline", "--width", "3"},
        "error: with these options variants[0].config.rigs.width_px: 3 is out of range"},
       {{"jobs", "3", "--state", "lazy"}, "lazy"},

@@ -26,6 +26,7 @@ using SearchValues = google::protobuf::RepeatedPtrField<v1::SearchValue>;
 constexpr size_t kMostSearchNameBytes = 50;
 constexpr int kMostFields = 100;
 constexpr int kMostRungs = 10;
+constexpr int kMostChoices = 10'000;  // Of all fields; each is tried.
 
 // Fields or groups that count only where another field has one of some values.
 struct CountsWhere {
@@ -255,6 +256,12 @@ class SearchChecker {
                       : fmt::format("{} fields, allowed are at most {}", search_.space_size(),
                                     kMostFields));
     }
+    int64_t choices = 0;
+    for (const v1::SearchField& field : search_.space()) choices += field.choices_size();
+    if (choices > kMostChoices) {
+      return Tell("search.space",
+                  fmt::format("{} choices in all, allowed are at most {}", choices, kMostChoices));
+    }
     const size_t before = findings_.size();
     for (int i = 0; i < search_.space_size(); ++i) CheckField(i);
     if (findings_.size() > before || study_.variants().empty()) return;
@@ -335,6 +342,8 @@ class SearchChecker {
       const auto node = ParseYaml(text, "", errors);
       if (!errors.empty() || !node || FlowText(*node) != text) {
         Tell(item, Quoted(text) + " is not YAML as a list on one line has it");
+      } else if (HasAlias(text)) {
+        Tell(item, Quoted(text) + " repeats a part of itself (*), allowed is to write all of it");
       } else if (std::count(field.choices().begin(), field.choices().begin() + i, text) > 0) {
         Tell(item, text + " is there already, allowed is each value once");
       }

@@ -9,11 +9,12 @@
 namespace parallax::config_internal {
 namespace {
 
-// Counts documents; knows the line of the last one's first node.
+// Counts documents; knows the line of the last one's first node, and of aliases.
 class DocumentCounter final : public YAML::EventHandler {
  public:
   int documents = 0;
   int last_line = 0;
+  bool has_alias = false;
 
   void OnDocumentStart(const YAML::Mark& mark) override {
     ++documents;
@@ -22,7 +23,10 @@ class DocumentCounter final : public YAML::EventHandler {
   }
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { Content(mark); }
-  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { Content(mark); }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
+    has_alias = true;
+    Content(mark);
+  }
   void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
                 const std::string&) override {
     Content(mark);
@@ -104,6 +108,18 @@ std::optional<YAML::Node> ParseYaml(std::string_view text, const std::string& fi
     AddSyntaxError(error, text, file, errors);
     return std::nullopt;
   }
+}
+
+bool HasAlias(std::string_view text) {
+  DocumentCounter counter;
+  try {
+    std::istringstream stream{std::string(text)};
+    YAML::Parser parser(stream);
+    parser.HandleNextDocument(counter);
+  } catch (const YAML::Exception&) {
+    return false;
+  }
+  return counter.has_alias;
 }
 
 }  // namespace parallax::config_internal

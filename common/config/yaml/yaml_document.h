@@ -18,4 +18,8 @@ namespace parallax::config_internal {
 std::optional<YAML::Node> ParseYaml(std::string_view text, const std::string& file,
                                     ConfigErrors& errors, size_t most_bytes = kMaxYamlBytes);
 
+// Returns whether the text repeats a part of itself by an alias (*name), and so may say far more
+// than it is long.
+bool HasAlias(std::string_view text);
+
 }  // namespace parallax::config_internal

@@ -32,6 +32,24 @@ std::string SearchError(const std::string& text) {
   return study.ok() ? "" : std::string(study.status().message());
 }
 
+TEST(SearchStudyTest, ChoicesAreAsLongAsTheyLook) {
+  EXPECT_THAT(SearchError(kSearchStudy + std::string("search:\n  space:\n    rigs.baselines_m: "
+                                                     "{choice: [[0.1], [&b 0.2, *b]]}\n")),
+              HasSubstr("camera.yaml:8: search.space.rigs.baselines_m.choice[1]: \"[&1 0.2, *1]\" "
+                        "repeats a part of itself (*)"));
+  // One of another choice is written out.
+  ParsedSearch(
+      "search:\n  space:\n    rigs.baseline_m: {choice: [&b {uniform: [0.1, 0.2]}, 0.3]}\n"
+      "    rigs.altitude_m: {choice: [*b, 2]}\n");
+  v1::StudySpec study = ParsedSearch("search: {space: {rigs.baseline_m: {choice: [0.1, 0.2]}}}\n");
+  for (int field = 0; field < 11; ++field) {
+    v1::SearchField& many = *study.mutable_search()->add_space();
+    for (int i = 0; i < 1000; ++i) many.add_choices(std::to_string(i));
+  }
+  EXPECT_THAT(std::string(ValidateStudy(study).message()),
+              HasSubstr("search.space: 11002 choices in all, allowed are at most 10000"));
+}
+
 TEST(SearchStudyTest, AFileSaysWhatEachFieldMayBe) {
   const v1::StudySpec study = ParsedSearch(
       "set: {furniture: {enabled: false}}\n"

@@ -140,6 +140,11 @@ absl::StatusOr<Reply> Connection::Call(grpc::Status (Service::*method)(grpc::Cli
     return Unavailable("the coordinator at {} did not answer within {}", address_,
                        FormatDuration(timeout.count()));
   }
+  // No call is cancelled here; a coordinator that stops does so with those that it has not
+  // answered.
+  if (status.error_code() == grpc::StatusCode::CANCELLED) {
+    return Unavailable("the coordinator at {} stopped before it had answered", address_);
+  }
   if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
     return Internal("what answers at {} is not a Parallax coordinator of this version", address_);
   }

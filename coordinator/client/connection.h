@@ -40,9 +40,9 @@ class Connection {
 
   // The RPCs of the service; see service.proto. Texts of replies are made printable
   // (common/base/names.h). Long lists are fetched in several calls.
-  // Errors of all: kInvalidArgument for a text that is not UTF-8; kUnavailable that says how to
-  // start a coordinator, if none exists; kDeadlineExceeded if it does not answer in time; else
-  // the coordinator's own.
+  // Errors of all: kInvalidArgument for a text that is not UTF-8; kUnavailable if there
+  // is no coordinator, with how to start one, or if it stops or does not answer in time; else the
+  // coordinator's own.
   absl::StatusOr<v1::SubmitReply> Submit(const v1::SubmitRequest& request);
   absl::StatusOr<v1::ListStudiesReply> ListStudies(int limit = 0);
   absl::StatusOr<v1::StudyStatus> GetStudy(int64_t study_id);

@@ -48,6 +48,7 @@ class FakeCoordinator : public v1::Coordinator::Service {
   std::vector<v1::WaitingJobs> unservable;  // Its answer to a submit.
   std::string page_url = "http://0.0.0.0:7080/#code=abc";
   int64_t retried_jobs = 0;
+  grpc::Status study_status;  // Of GetStudy.
   std::function<void(FakeCoordinator&)> on_get_study = [](FakeCoordinator&) {};
   std::function<void(FakeCoordinator&)> on_list_attempts = [](FakeCoordinator&) {};
 
@@ -84,6 +85,7 @@ class FakeCoordinator : public v1::Coordinator::Service {
                         v1::StudyStatus* reply) override {
     std::lock_guard lock(mutex_);
     on_get_study(*this);
+    if (!study_status.ok()) return study_status;
     return Find(request->study_id(), reply);
   }
   grpc::Status Cancel(grpc::ServerContext*, const v1::StudyRequest* request,

@@ -1,4 +1,5 @@
-// A hand on a study or a job that is there: priority, comments, retries, the log of what runs.
+// A hand on a study or a job that is there: priority, comments, retries, the log of what runs; and
+// a coordinator that stops meanwhile.
 #include <gmock/gmock.h>
 
 #include "common/base/system/clock.h"
@@ -105,6 +106,23 @@ TEST_F(CommandTest, ALogIsFollowedUntilItsAttemptEnds) {
   EXPECT_EQ(Json::parse(outcome.out.substr(end))["ending"], "succeeded");
   job.set_state("SUCCEEDED");
   EXPECT_EQ(Run({"logs", "17", "--follow"}).exit_code, kExitOk);
+}
+
+TEST_F(CommandTest, ACoordinatorThatStopsWhileItAnswersIsWaitedFor) {
+  coordinator_.studies = {Baseline()};
+  const grpc::Status stops(grpc::StatusCode::CANCELLED, "CANCELLED");
+  int looks = 0;
+  coordinator_.on_get_study = [&](FakeCoordinator& self) {
+    self.study_status = ++looks == 2 ? stops : grpc::Status::OK;
+    if (looks == 4) self.studies[0].set_state(v1::STUDY_STATE_SUCCEEDED);
+  };
+  Outcome outcome = Run({"watch", "3"});
+  EXPECT_EQ(outcome.exit_code, kExitOk) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("note: the coordinator does not answer and is waited for"));
+  coordinator_.on_get_study = [&](FakeCoordinator& self) { self.study_status = stops; };
+  outcome = Run({"status", "3"});
+  EXPECT_EQ(outcome.exit_code, kExitUnreachable);
+  EXPECT_THAT(outcome.err, HasSubstr(" stopped before it had answered\n"));
 }
 
 }  // namespace

@@ -39,6 +39,7 @@ constexpr CountsWhere kCountsWhere[] = {
     {"furniture", "type", "indoor"},
     {"solver", "type", "indoor"},
     {"floating", "type", "indoor dense"},
+    {"nature", "type", "nature"},  // Landscapes around houses read none of it.
     {"materials.replace_probability", "materials.mode", "all"},
     {"materials.replace_per", "materials.mode", "all"},
     {"materials.replacements", "materials.mode", "all"},
@@ -425,11 +426,6 @@ class SearchChecker {
     if (!config.ok()) return;  // TryValues tells.
     for (const CountsWhere& rule : kCountsWhere) {
       if (IsAtOrBelow(path, rule.field)) CheckCounts(index, rule, *config);
-    }
-    const bool has_land = config->type() == v1::SCENE_TYPE_NATURE ||
-                          config->room().landscape_p() > 0 || IsVaried("room.landscape_p");
-    if (IsAtOrBelow(path, "nature") && !has_land) {
-      CheckCounts(index, {"nature", "type", "nature"}, *config);
     }
   }
 

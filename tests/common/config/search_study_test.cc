@@ -217,6 +217,8 @@ TEST(SearchStudyTest, WhatIsWrongIsNamedByFileLineAndField) {
       {"{space: {nature.walk.fps: {range: [1, 9]}}}",
        "6: search.space.nature.walk.fps: no picture depends on it where type is indoor, allowed "
        "where it is nature"},
+      {"{space: {room.landscape_p: {range: [0, 1]}, nature.density: {choice: [0.5, 1]}}}",
+       "6: search.space.nature.density: no picture depends on it where type is indoor, ..."},
       {"{space: {sensor.white_e: {range: [100, 1000]}}}",
        "6: search.space.sensor.white_e.range: given, but sensor.preset is off, ..."},
       // Benchmarks.

@@ -1,8 +1,11 @@
 #include "coordinator/client/command.h"
 
+#include <cerrno>
 #include <nlohmann/json.hpp>
 
 namespace parallax::client {
+
+bool Session::OutputIsClosed() const { return out().write_error && out().write_error() == EPIPE; }
 
 absl::StatusOr<std::unique_ptr<Connection>> Session::Connect() const {
   ASSIGN_OR_RETURN(const RpcSecurity security,

@@ -32,6 +32,9 @@ struct Session {
 
   const Terminal& out() const { return environment.out; }
   const Terminal& err() const { return environment.err; }
+  // Returns whether a write to standard output has found that nobody reads it any more, as behind
+  // `| head`. Commands that follow something end then, with kExitInterrupted.
+  bool OutputIsClosed() const;
   // Connects to the coordinator of the options. Errors: those of MakeRpcSecurity and
   // Connection::Open.
   absl::StatusOr<std::unique_ptr<Connection>> Connect() const;

@@ -113,6 +113,7 @@ absl::StatusOr<ExitCode> FollowAttempt(const v1::AttemptStatus& running, const L
         if (attempt.ending() != "running") return ConcludeAttempt(attempt, session);
       }
       if (!listed) return NotFound("job {}: its attempt is gone", options.job);
+      if (session.OutputIsClosed()) return kExitInterrupted;
     }
     if (interrupts.WaitFor(std::chrono::duration<double>(environment.poll_s))) {
       return kExitInterrupted;

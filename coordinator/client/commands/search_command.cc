@@ -122,6 +122,7 @@ absl::StatusOr<bool> WatchSearch(Connection& connection, Session& session,
       if (IsAtEnd(search) && !session.options.json) break;
       display.Show(search);
       if (IsAtEnd(search)) break;
+      if (session.OutputIsClosed()) return false;
     }
     if (interrupts.WaitFor(std::chrono::duration<double>(environment.poll_s))) {
       display.Keep();

@@ -39,6 +39,7 @@ absl::StatusOr<ExitCode> Watch(const std::string& id_or_name, Session& session) 
     is_away = !look.ok();
     if (view.study().study_id() != 0) display.Show(view, now_s, finished, note);
     if (finished) break;
+    if (session.OutputIsClosed()) return kExitInterrupted;
     if (interrupts.WaitFor(std::chrono::duration<double>(environment.poll_s))) {
       display.Keep();
       session.PrintNote(fmt::format("the study continues; `parallax watch {}` follows it again",

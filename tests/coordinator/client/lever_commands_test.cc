@@ -1,6 +1,7 @@
 // A hand on a study or a job that is there: priority, comments, retries, the log of what runs; and
-// a coordinator that stops meanwhile.
+// coordinators and readers that go meanwhile.
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include "common/base/system/clock.h"
 #include "tests/coordinator/client/command_test.h"
@@ -123,6 +124,36 @@ TEST_F(CommandTest, ACoordinatorThatStopsWhileItAnswersIsWaitedFor) {
   outcome = Run({"status", "3"});
   EXPECT_EQ(outcome.exit_code, kExitUnreachable);
   EXPECT_THAT(outcome.err, HasSubstr(" stopped before it had answered\n"));
+}
+
+TEST_F(CommandTest, WhatFollowsEndsWithItsReader) {
+  coordinator_.studies = {Baseline()};
+  coordinator_.attempts.mutable_job()->set_job_id(17);
+  v1::AttemptStatus& attempt = *coordinator_.attempts.add_attempts();
+  attempt.set_ending("running");
+  int looks = 0;
+  coordinator_.on_get_study = [&](FakeCoordinator& self) {
+    if (++looks == 100) self.studies[0].set_state(v1::STUDY_STATE_SUCCEEDED);
+  };
+  coordinator_.on_list_attempts = [&](FakeCoordinator&) {
+    attempt.set_log_tail("line " + std::to_string(++looks));
+    if (looks >= 200) attempt.set_ending("succeeded");
+  };
+  for (std::vector<std::string> arguments :
+       std::vector<std::vector<std::string>>{{"watch", "3"}, {"logs", "17", "--follow"}}) {
+    arguments.insert(arguments.end(), {"--coordinator", coordinator_.address()});
+    int ends[2];
+    ASSERT_EQ(pipe(ends), 0);
+    close(ends[0]);
+    std::ostringstream err;
+    Environment environment;
+    environment.out = Terminal::OnDescriptor(ends[1]);
+    environment.err.stream = &err;
+    environment.poll_s = 0.01;
+    environment.plain_line_s = 0;
+    EXPECT_EQ(RunClient(arguments, environment), kExitInterrupted) << arguments[0] << err.str();
+    close(ends[1]);
+  }
 }
 
 }  // namespace

@@ -36,6 +36,7 @@ struct FrameFacts {
 //   textureless  textured_fraction is below min_textured_fraction, unless that is 0
 //   ambiguous    ambiguous_share is above max_ambiguous_share, unless that is 1 or absent;
 //                frames without curation are not judged
+//   empty        sky_fraction is above max_empty_share, unless that is 1 or absent
 // A frame that sees no surface at all passes "near" and "close". Errors: kFailedPrecondition when
 // the facts lack a number that a verdict needs, naming both.
 absl::StatusOr<std::vector<Verdict>> Judge(const FrameFacts& frame,

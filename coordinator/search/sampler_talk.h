@@ -21,9 +21,9 @@ std::string AskText(const v1::SearchRecord& record, const std::vector<TrialScore
                     const std::map<std::string, std::string>& failed, int count);
 
 // Returns the trials of an answer, at most `count`, numbered after those of the record. Values of
-// fields whose conditions fail are left out; so are trials that are there already. Errors:
-// kInvalidArgument that names the trial and the field, for an answer that is none, values outside
-// of the space, a config that the rules forbid, or no new trial.
+// fields whose conditions fail are left out; so are trials that are there already, so that none may
+// be left. Errors: kInvalidArgument that names the trial and the field, for an answer that is none,
+// values outside of the space, or a config that the rules forbid.
 absl::StatusOr<std::vector<v1::SearchTrial>> AnsweredTrials(const v1::SearchRecord& record,
                                                             const std::string& answer, int count);
 

@@ -203,8 +203,9 @@ Reply Priority(ApiParts& parts, const WebRequest& request) {
 
 Reply Retry(ApiParts& parts, const WebRequest& request) {
   ASSIGN_OR_RETURN(const int64_t id, NumberOf(request, 0));
+  ASSIGN_OR_RETURN(const std::string reason, TextIn(request, "reason", kMaxReasonBytes));
   RETURN_IF_ERROR(CheckSteering(parts.queue, request.caller.rpc, StudyId{id}));
-  RETURN_IF_ERROR(parts.queue.Retry(StudyId{id}, request.caller.actor).status());
+  RETURN_IF_ERROR(parts.queue.Retry(StudyId{id}, request.caller.actor, reason).status());
   return StudyReply(parts, request.caller, id);
 }
 

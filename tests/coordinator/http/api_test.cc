@@ -275,6 +275,17 @@ TEST_F(ApiTest, ASubmitterRanksItsStudyAndRetriesAJobOfIt) {
   EXPECT_EQ(Post(*ada, job, "{}")->status, 200);
 }
 
+TEST_F(ApiTest, TheReasonOfARetryIsInTheAudit) {
+  const std::string path = "/api/v1/studies/" + std::to_string(Submit());
+  FailOne("bang", /*retryable=*/false);
+  Serve();
+  const auto client = Client();
+  EXPECT_EQ(Post(*client, path + "/retry", R"({"reason": "the disk is new"})")->status, 200);
+  const json entry = Json(*client, "/api/v1/audit")["entries"][0];
+  EXPECT_EQ(entry["action"], "retry");
+  EXPECT_THAT(entry["detail"].get<std::string>(), HasSubstr("the disk is new"));
+}
+
 TEST_F(ApiTest, TheHistoryGoesOnOverARestart) {
   const double now = Clock::System().UnixSeconds();
   queue_->KeepSample({.unix_s = now - 30 * 3600, .ready = 7});  // Not of this day.

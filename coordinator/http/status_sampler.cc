@@ -1,5 +1,7 @@
 #include "coordinator/http/status_sampler.h"
 
+#include <algorithm>
+
 #include "common/base/seconds.h"
 #include "common/base/system/log.h"
 #include "common/base/version.h"
@@ -94,19 +96,37 @@ absl::StatusOr<StatusSnapshot> StatusSampler::Read() {
   ASSIGN_OR_RETURN(fresh.running, queue_.ListRunning());
   ASSIGN_OR_RETURN(fresh.streams, server_.Streams());
   ASSIGN_OR_RETURN(fresh.searches, server_.Searches());
-  int64_t pairs = 0;
-  for (const v1::StudyStatus& study : fresh.studies) pairs += CountsOf(study).done;
-  rate_.Add(fresh.uptime_s, static_cast<double>(pairs));
+  CountPublished(fresh);
+  rate_.Add(fresh.uptime_s, static_cast<double>(published_));
   fresh.pairs_per_hour = 3600 * rate_.PerSecond().value_or(0);
   NoteEtas(fresh);
   NoteHistory(fresh);
   return fresh;
 }
 
+// A sum over the studies of the snapshot would fall when one is forgotten or leaves the list.
+void StatusSampler::CountPublished(const StatusSnapshot& fresh) {
+  std::map<int64_t, int64_t> pairs_of;
+  int64_t newest = newest_study_;
+  for (const auto* studies : {&fresh.studies, &fresh.older_unfinished}) {
+    for (const v1::StudyStatus& study : *studies) {
+      const int64_t id = study.study_id(), done = CountsOf(study).done;
+      const auto known = pairs_of_.find(id);
+      // An ended study that comes back into the list has published nothing meanwhile.
+      const int64_t had = known != pairs_of_.end() ? known->second : id > newest_study_ ? 0 : done;
+      published_ += std::max<int64_t>(0, done - had);
+      pairs_of[id] = done;
+      newest = std::max(newest, id);
+    }
+  }
+  pairs_of_ = std::move(pairs_of);
+  newest_study_ = newest;
+}
+
 void StatusSampler::NoteEtas(StatusSnapshot& fresh) {
   std::map<int64_t, RateEstimator> rates;
-  for (const v1::StudyStatus& study : fresh.studies) {
-    if (study.state() != v1::STUDY_STATE_RUNNING) continue;
+  const auto note = [&](const v1::StudyStatus& study) {
+    if (study.state() != v1::STUDY_STATE_RUNNING) return;
     RateEstimator& rate = rates.emplace(study.study_id(), kRateWindow_s).first->second;
     if (const auto known = study_rates_.find(study.study_id()); known != study_rates_.end()) {
       rate = std::move(known->second);
@@ -114,10 +134,12 @@ void StatusSampler::NoteEtas(StatusSnapshot& fresh) {
     const PairCounts pairs = CountsOf(study);
     rate.Add(fresh.uptime_s, static_cast<double>(pairs.done));
     // The time that trainings take is unknown.
-    if (pairs.done >= pairs.wanted) continue;
+    if (pairs.done >= pairs.wanted) return;
     const auto eta_s = rate.SecondsFor(static_cast<double>(pairs.wanted - pairs.done));
     if (eta_s) fresh.eta_s[study.study_id()] = *eta_s;
-  }
+  };
+  for (const v1::StudyStatus& study : fresh.studies) note(study);
+  for (const v1::StudyStatus& study : fresh.older_unfinished) note(study);
   study_rates_ = std::move(rates);
 }
 

@@ -41,6 +41,7 @@ class StatusSampler {
   // Requires mu_.
   absl::StatusOr<StatusSnapshot> Read();
   absl::StatusOr<std::vector<v1::StudyStatus>> UnfinishedBefore(int64_t study);
+  void CountPublished(const StatusSnapshot& fresh);
   void NoteEtas(StatusSnapshot& fresh);
   void NoteHistory(const StatusSnapshot& fresh);
   void RecallHistory();
@@ -61,6 +62,9 @@ class StatusSampler {
   mutable std::mutex mu_;
   // Guarded by mu_.
   RateEstimator rate_;
+  int64_t published_ = 0;                // Never falls, whichever studies come and go.
+  std::map<int64_t, int64_t> pairs_of_;  // By study, as the last snapshot had them.
+  int64_t newest_study_ = 0;
   std::map<int64_t, RateEstimator> study_rates_;  // Keys are ids of running studies.
   std::shared_ptr<const StatusSnapshot> snapshot_;
   SteadyTime snapshot_at_{};

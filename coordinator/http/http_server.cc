@@ -211,7 +211,7 @@ class HttpServerImpl final : public HttpServer {
       status = Unavailable("too many are connected; try again");
     }
     if (!status.ok()) return ErrorFor(status, request);
-    if (route.events) return Events(caller->session, request);
+    if (route.events) return Events(*caller, request);
     WebRequest asked;
     for (size_t i = 1; i < match.size(); ++i) asked.parts.push_back(match[i]);
     asked.query = request.query;
@@ -235,8 +235,9 @@ class HttpServerImpl final : public HttpServer {
   }
 
   // ---- Events
-  // "farm" with what /api/v1/farm says, whenever it says something else; ends with the session.
-  ServerReply Events(const std::string& session, const ServerRequest& request) {
+  // "farm" with what /api/v1/farm says, whenever it says something else; ends with the session, and
+  // when the caller's certificate is revoked.
+  ServerReply Events(const WebCaller& caller, const ServerRequest& request) {
     // The stream's place, for as long as somebody has a copy.
     const std::shared_ptr<void> place(nullptr, [this](void*) { streams_.fetch_sub(1); });
     if (streams_.fetch_add(1) >= kMostStreams) {
@@ -248,9 +249,10 @@ class HttpServerImpl final : public HttpServer {
     };
     ServerReply reply;
     reply.every_s = kEventEvery_s;
-    reply.events = [this, session, place,
+    reply.events = [this, session = caller.session, sha256 = caller.rpc.sha256, place,
                     state = std::make_shared<State>()]() -> std::optional<std::string> {
       if (!session.empty() && !sessions_.Find(session)) return std::nullopt;
+      if (revoked_ != nullptr && revoked_->Contains(sha256)) return std::nullopt;
       return EventText(state->last, state->silent_s);
     };
     return reply;

@@ -71,6 +71,25 @@ TEST_F(ApiTest, RevokedCertificatesAreStrangersAndSoAreTheirSessions) {
   EXPECT_EQ(browser->Get("/api/v1/me", session)->status, 401);
 }
 
+TEST_F(ApiTest, AStreamOfEventsEndsWhenItsCertificateIsRevoked) {
+  ServeTls();
+  const std::string pem = *ReadFile(Tls("read-only-board") + "/tls.crt");
+  bool revoked = false;
+  // The client gives up a stream that goes on, and then has no answer.
+  const auto answer =
+      TlsClient("read-only-board")->Get("/api/v1/events", {}, [&](std::string_view) {
+        if (!revoked) {
+          revoked =
+              WriteFile(Tls("server") + "/" + kRevokedFile, ReadCertificate(pem)->sha256 + "\n")
+                  .ok();
+        }
+        return true;
+      });
+  EXPECT_TRUE(revoked);
+  ASSERT_TRUE(answer) << "the stream goes on";
+  EXPECT_EQ(answer->status, 200);
+}
+
 TEST_F(ApiTest, TheListOfRevokedCertificatesMayBeElsewhere) {
   ServeTls();
   const auto olga = TlsClient("operator-olga");

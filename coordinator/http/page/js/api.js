@@ -41,8 +41,19 @@ export async function ask(path, options = {}) {
 export const get = async (path, options) => (await ask(path, options)).json();
 
 export async function post(path, body = {}) {
-  const headers = { "Content-Type": "application/json", "X-Parallax-Csrf": csrf };
-  const response = await ask(path, { method: "POST", headers, body: JSON.stringify(body) });
+  const sent = csrf;
+  const send = () => ask(path, {
+    method: "POST",
+    headers: { "Content-Type": "application/json", "X-Parallax-Csrf": csrf },
+    body: JSON.stringify(body),
+  });
+  const response = await send().catch(async (error) => {
+    if (error.status !== 403) throw error;
+    // Another start of the coordinator and another session, opened in a window beside this one, have another word.
+    await whoAmI();
+    if (csrf === sent) throw error;
+    return send();
+  });
   return response.json();
 }
 

@@ -73,8 +73,11 @@ function App() {
   const [problem, setProblem] = useState("");
   const enter = () => whoAmI().then((who) => { setProblem(""); setMe(who); watchFarm(); })
     .catch((error) => { setMe(false); if (error.status !== 401) setProblem(error.message); });
+  const arrive = () => takeCode().catch((error) => setProblem(error.message)).then(enter);
   useEffect(() => {
-    takeCode().catch((error) => setProblem(error.message)).then(enter);
+    arrive();
+    // A link that is opened in this window changes nothing but the address.
+    addEventListener("hashchange", () => location.hash.startsWith("#code=") && arrive());
     return onStranger(() => { stopWatching(); setMe(false); });
   }, []);
   const [View, names, query, path] = viewOf(place);

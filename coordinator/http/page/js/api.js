@@ -1,5 +1,5 @@
 // Talks to /api/v1: JSON in and out, one stream of events for the whole page.
-import { useEffect, useState } from "/vendor/preact-htm.js";
+import { useEffect, useRef, useState } from "/vendor/preact-htm.js";
 
 export class ApiError extends Error {
   constructor(status, message) {
@@ -71,13 +71,21 @@ function tell(change) {
   farm.listeners.forEach((listener) => listener());
 }
 
+// A farm that says nothing for so long is asked: ages and the progress of jobs change without an event, and a connection
+// may be lost without a word.
+const SILENCE_MS = 15000;
+
 let source = null;
 let retry = 0;
+let look = 0;
+let heard = 0;
 let watching = false;
 
 async function poll() {
+  heard = Date.now();
   try {
-    tell({ data: await get("farm"), tick: farm.tick + 1 });
+    const data = await get("farm");
+    tell({ data, live: source?.readyState === EventSource.OPEN, tick: farm.tick + 1 });
   } catch (error) {
     if (error.status === 401) return;
     tell({ live: false });
@@ -88,9 +96,13 @@ export function watchFarm() {
   stopWatching();
   watching = true;
   if (document.hidden) return;
+  heard = Date.now();
+  look = setInterval(() => Date.now() - heard >= SILENCE_MS && poll(), 1000);
   source = new EventSource("/api/v1/events");
-  source.addEventListener("farm", (event) =>
-    tell({ data: JSON.parse(event.data), live: true, tick: farm.tick + 1 }));
+  source.addEventListener("farm", (event) => {
+    heard = Date.now();
+    tell({ data: JSON.parse(event.data), live: true, tick: farm.tick + 1 });
+  });
   // The browser comes back by itself after a break, but not after a refusal.
   source.onerror = () => {
     tell({ live: false });
@@ -103,6 +115,7 @@ export function watchFarm() {
 export function stopWatching() {
   watching = false;
   clearTimeout(retry);
+  clearInterval(look);
   if (source) source.close();
   source = null;
 }
@@ -122,25 +135,46 @@ export function useFarm() {
   return farm;
 }
 
-// {data, error} of a path; asked again with each event of the farm unless `once`. Keeps what it has
-// until the new answer is there.
+// A request that has had no answer for so long is given up for the next one.
+const PATIENCE_MS = 30000;
+
+// {data, error} of a path; asked again with each event of the farm unless `once`, but one answer is waited for before the
+// next is asked. Keeps what it has until the new answer is there, or says that there is nothing any more.
 export function useApi(path, { once = false } = {}) {
   const { tick } = useFarm();
   const [state, setState] = useState({ path: null, data: null, error: null });
   const [asked, setAsked] = useState(0);
+  const flight = useRef({ stop: null, begun: 0, again: false });
+  const giveUp = () => {
+    flight.current.stop?.abort();
+    flight.current.stop = null;
+  };
   useEffect(() => {
-    if (!path) return undefined;
+    if (!path) return;
+    const mine = flight.current;
+    mine.again = mine.stop !== null && Date.now() - mine.begun < PATIENCE_MS;
+    if (mine.again) return;
+    giveUp();
     const stop = new AbortController();
+    Object.assign(mine, { stop, begun: Date.now() });
     get(path, { signal: stop.signal })
       .then((data) => setState({ path, data, error: null }))
       .catch((error) => error.name !== "AbortError" &&
-        setState((old) => ({ path, data: old.path === path ? old.data : null, error })));
-    return () => stop.abort();
+        setState((old) => ({ path, data: old.path === path && error.status !== 404 ? old.data : null, error })))
+      .finally(() => {
+        if (mine.stop !== stop) return;
+        mine.stop = null;
+        if (mine.again) setAsked((n) => n + 1);
+      });
   }, [path, once ? 0 : tick, asked]);
+  useEffect(() => giveUp, [path]);
   const current = state.path === path ? state : { data: null, error: null };
   return {
     ...current,
     again: () => setAsked((n) => n + 1),
-    put: (data) => setState({ path, data, error: null }),
+    put: (data) => {
+      giveUp();  // Its answer would be older.
+      setState({ path, data, error: null });
+    },
   };
 }

@@ -59,7 +59,7 @@ function Studies({ farm }) {
   const [end, setEnd] = useState(false);
   const all = [...farm.studies, ...older.filter((o) => !farm.studies.some((s) => s.study_id === o.study_id))];
   const more = () => get(`studies?before=${all[all.length - 1].study_id}`).then(({ studies }) => {
-    setOlder([...older, ...studies]);
+    setOlder([...all, ...studies]);  // Newer studies push some out of the list that is kept up to date.
     setEnd(studies.length < 50);
   });
   if (all.length === 0) {

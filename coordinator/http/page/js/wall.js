@@ -1,5 +1,5 @@
 // The wall: the newest pairs as small pictures.
-import { html, useEffect, useState } from "/vendor/preact-htm.js";
+import { html, useState } from "/vendor/preact-htm.js";
 import { get, useApi } from "./api.js";
 import { Empty, Waiting, pad } from "./common.js";
 
@@ -22,24 +22,28 @@ export function Thumb({ pair, withVariant }) {
   </a>`;
 }
 
+const NONE = { of: null, pairs: [], end: false, problem: "" };
+
 export function Wall({ study, variants }) {
   const [variant, setVariant] = useState("");
-  const [older, setOlder] = useState([]);
-  const [end, setEnd] = useState(false);
+  const [past, setPast] = useState(NONE);
   const path = (before) => `studies/${study}/pairs?limit=${before ? AT_ONCE : AT_FIRST}${variant ? `&variant=${encodeURIComponent(variant)}` : ""}${before ? `&before=${before}` : ""}`;
   const newest = useApi(path(0));
-  useEffect(() => { setOlder([]); setEnd(false); }, [variant]);
-  if (!newest.data && !newest.error) return html`<${Waiting} of=${newest} />`;
+  const opened = past.of === variant ? past : NONE;
   const first = newest.data?.pairs || [];
-  const pairs = [...first, ...older.filter((o) => !first.some((f) => f.id === o.id))];
-  const more = () => get(path(pairs[pairs.length - 1].id)).then((answer) => {
-    setOlder([...older, ...answer.pairs]);
-    setEnd(answer.pairs.length < AT_ONCE);
-  });
+  // The wall stands still for a user who goes back in it: new pairs would leave a gap before the older ones.
+  const pairs = opened.pairs.length > 0 ? opened.pairs : first;
+  const choose = (name) => { setVariant(name); setPast(NONE); };
+  const more = () => get(path(pairs[pairs.length - 1].id))
+    .then((answer) => setPast({ of: variant, pairs: [...pairs, ...answer.pairs], end: answer.pairs.length < AT_ONCE, problem: "" }))
+    .catch((error) => setPast({ ...opened, of: variant, problem: error.message }));
   return html`
     ${variants.length > 1 && html`<div class="chips" role="group" aria-label="Variant">
-      ${["", ...variants].map((v) => html`<button class="chip" aria-pressed=${variant === v} onClick=${() => setVariant(v)}>${v || "all"}</button>`)}</div>`}
-    ${pairs.length === 0 && html`<${Empty}>No pair is finished yet.<//>`}
-    <div class="wall">${pairs.map((p) => html`<${Thumb} key=${p.id} pair=${p} withVariant=${variants.length > 1 && !variant} />`)}</div>
-    ${first.length >= AT_FIRST && !end && html`<button class="more" onClick=${more}>Older pairs</button>`}`;
+      ${["", ...variants].map((v) => html`<button class="chip" aria-pressed=${variant === v} onClick=${() => choose(v)}>${v || "all"}</button>`)}</div>`}
+    ${!newest.data ? html`<${Waiting} of=${newest} />` : html`
+      ${pairs.length === 0 && html`<${Empty}>No pair is finished yet.<//>`}
+      <div class="wall">${pairs.map((p) => html`<${Thumb} key=${p.id} pair=${p} withVariant=${variants.length > 1 && !variant} />`)}</div>
+      ${opened.problem && html`<p class="bad" role="alert">${opened.problem}</p>`}
+      ${first.length >= AT_FIRST && !opened.end && html`<button class="more" onClick=${more}>Older pairs</button>`}
+      ${opened.pairs.length > 0 && html`<button class="more" onClick=${() => setPast(NONE)}>Newest pairs</button>`}`}`;
 }

@@ -13,6 +13,9 @@ function useWidth() {
   return [box, width];
 }
 
+// The largest value, and at least `least`. There may be more values than a call may have arguments.
+const largest = (values, least) => values.reduce((most, value) => Math.max(most, value), least);
+
 // A round number that is not less.
 function ceiling(value) {
   if (!(value > 0)) return 1;
@@ -31,7 +34,7 @@ export function TimeChart({ times, series, every, height = 96, unit = "", stacke
   const sums = stacked
     ? series.map((_, i) => times.map((__, t) => series.slice(i).reduce((sum, s) => sum + s.values[t], 0)))
     : series.map((s) => s.values);
-  const top = ceiling(Math.max(...sums.flat(), 0));
+  const top = ceiling(largest(sums.flat(), 0));
   const x = (time) => ((time - begin) / Math.max(1, end - begin)) * width;
   const y = (value) => height - 1 - (value / top) * (height - 17);
   const runs = [];
@@ -77,8 +80,8 @@ export function LineChart({ lines, height = 190, xLabel, yLabel, xText = percent
   const [chosen, setChosen] = useState(null);
   const left = 44, bottom = 22;
   const ys = lines.flatMap((l) => l.points.map((p) => p.y));
-  const top = ceiling(Math.max(...ys, 0));
-  const most = Math.max(...lines.flatMap((l) => l.points.map((p) => p.x)), 1e-9);
+  const top = ceiling(largest(ys, 0));
+  const most = largest(lines.flatMap((l) => l.points.map((p) => p.x)), 1e-9);
   const x = (v) => left + (v / most) * (width - left - 8);
   const y = (v) => 8 + (1 - v / top) * (height - bottom - 8);
   return html`<div class="chart lines" ref=${box}>

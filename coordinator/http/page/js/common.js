@@ -20,7 +20,7 @@ export function duration(seconds) {
 }
 // A time that is only estimated, rounded so that nobody takes it for exact.
 export function about(seconds) {
-  if (!(seconds >= 0)) return "not known yet";
+  if (!Number.isFinite(seconds) || seconds < 0) return "not known yet";
   const [step, unit, name] = seconds < 57.5 ? [5, 1, "s"] : seconds < 570 ? [60, 60, "min"] : seconds < 3450 ? [300, 60, "min"]
     : seconds < 34200 ? [1800, 3600, "h"] : seconds < 171000 ? [3600, 3600, "h"] : [86400, 86400, "d"];
   return `about ${Math.max(1, Math.round(seconds / step)) * step / unit}\u2009${name}`;

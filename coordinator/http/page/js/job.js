@@ -32,24 +32,25 @@ function Tail({ name, text }) {
 // The log of the attempt that runs grows; those of failed ones stay.
 function Log({ job }) {
   const asked = useApi(`jobs/${job.id}/log`);
-  const [at, setAt] = useState(0);
+  const [fence, setFence] = useState(null);  // Of the attempt that is shown; null: the newest.
   if (!asked.data) return html`<${Waiting} of=${asked} />`;
   const { attempts } = asked.data;
   if (attempts.length === 0) return html`<${Empty}>No attempt has left a log: only those that fail do.<//>`;
-  const shown = attempts[Math.min(at, attempts.length - 1)];
+  const shown = attempts.find((a) => a.fence === fence) || attempts[0];
   return html`${attempts.length > 1 && html`<div class="chips" role="group" aria-label="Attempt">
-      ${attempts.map((a, i) => html`<button class="chip" aria-pressed=${at === i} onClick=${() => setAt(i)}>${a.worker} <span>${a.unix_s ? moment(a.unix_s) : "runs"}</span></button>`)}</div>`}
+      ${attempts.map((a) => html`<button class="chip" aria-pressed=${a === shown} onClick=${() => setFence(a.fence)}>${a.worker} <span>${a.unix_s ? moment(a.unix_s) : "runs"}</span></button>`)}</div>`}
     <${Tail} name="The last lines of the attempt on ${shown.worker}" text=${shown.log || "nothing yet"} />
     ${!shown.unix_s && html`<p class="soft">The newest lines, with each heartbeat of the worker.</p>`}`;
 }
 
-// A text file of a job's result, fetched once.
+// A text file of a job's result, or why there is none, fetched once.
 export function useFile(job, name, wanted = true) {
   const [text, setText] = useState(null);
   useEffect(() => {
     if (!wanted) return undefined;
     const stop = new AbortController();
-    ask(`jobs/${job}/file/${encodeURIComponent(name)}`, { signal: stop.signal }).then((r) => r.text()).then(setText).catch(() => {});
+    ask(`jobs/${job}/file/${encodeURIComponent(name)}`, { signal: stop.signal }).then((r) => r.text()).then(setText)
+      .catch((error) => error.name !== "AbortError" && setText(error.message));
     return () => stop.abort();
   }, [job, name, wanted]);
   return text;

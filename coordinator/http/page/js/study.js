@@ -42,14 +42,17 @@ function Actions({ study, put }) {
   useEffect(() => {
     if (asked) dialog.current.querySelector("input")?.focus();
   }, [asked]);
+  // The dialog lies on the rest of the page.
+  const complaint = problem && html`<span class="bad" role="alert">${problem}</span>`;
   return html`${study.actions.map((a) => html`<button class=${ACTIONS[a].danger ? "danger" : ""} data-action=${a} onClick=${() => click(a)}>${ACTIONS[a].name}</button>`)}
-    ${problem && html`<span class="bad" role="alert">${problem}</span>`}
-    <dialog ref=${dialog} aria-labelledby="asks">${asked && html`<form method="dialog" onSubmit=${(e) => { e.preventDefault(); act(asked, reason); }}>
+    ${!dialog.current?.open && complaint}
+    <dialog ref=${dialog} aria-labelledby="asks" onClose=${() => setProblem("")}>${asked && html`<form method="dialog" onSubmit=${(e) => { e.preventDefault(); act(asked, reason); }}>
       <h2 id="asks">${chosen.doing}</h2><p>${chosen.tells}</p>
       ${chosen.number && html`<label for="number">${chosen.number}</label>
       <input id="number" type="number" min=${chosen.least} max=${chosen.most} required value=${number} onInput=${(e) => setNumber(e.target.value)} autofocus />`}
       <label for="reason">${chosen.text || "Reason, for those who wonder later"}</label>
       <input id="reason" maxlength="500" required=${!!chosen.text} value=${reason} onInput=${(e) => setReason(e.target.value)} autofocus=${!chosen.number} />
+      ${complaint}
       <div class="buttons"><button type="button" onClick=${() => dialog.current.close()}>Back</button>
         <button class=${chosen.danger ? "danger" : "primary"} data-confirm=${asked}>${chosen.name}</button></div>
     </form>`}</dialog>`;

@@ -142,6 +142,28 @@ TEST_F(MigrationTest, EachVersionBetweenGoesOn) {
   }
 }
 
+// Lists of studies ask for both on each look, and an archived study may have a million jobs.
+TEST_F(MigrationTest, ProblemsAreFoundByAnIndexAlsoInTheArchive) {
+  Reopen();
+  const auto db = OpenReader(options_.db_path, options_.vfs);
+  ASSERT_TRUE(db.ok()) << db.status();
+  const std::pair<std::string, std::string> tables[] = {{"jobs", "jobs_problem"},
+                                                        {"archived_jobs", "archived_jobs_problem"}};
+  for (const auto& [table, index] : tables) {
+    const std::string where = " WHERE state IN ('FAILED', 'QUARANTINED') AND variant_id ";
+    for (const std::string& variants : {std::string("= 1 ORDER BY finished_unix_s DESC, id DESC"),
+                                        std::string("IN (SELECT id FROM variants)")}) {
+      const std::string sql =
+          "EXPLAIN QUERY PLAN SELECT error FROM " + table + where + variants + " LIMIT 10";
+      SqliteQuery query(**db, sql.c_str());
+      std::string plan;
+      while (query.Next()) plan += std::string(query.Text(3)) + "\n";
+      ASSERT_TRUE(query.status().ok()) << query.status();
+      EXPECT_THAT(plan, testing::HasSubstr("INDEX " + index + " ")) << sql;
+    }
+  }
+}
+
 TEST_F(MigrationTest, WorkOfVersionOneGoesOnToItsEnd) {
   v1::AttemptId old;
   old.set_job_id(Number("SELECT id FROM jobs WHERE state = 'LEASED' AND kind = 'render'"));

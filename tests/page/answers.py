@@ -101,6 +101,7 @@ def older_studies_stay_in_the_list(browser, farm):
         page.value("const rows = (first, n) => Array.from({ length: n }, (_, i) => ({ ...farm.studies[0], study_id: first - i }));"
                    " answers.push([/studies\\?before=/, (path) => [200, { studies: rows(Number(path.split('=')[1]) - 1, 50) }]]);"
                    " happen({ ...farm, studies: rows(160, 50) })")
+        page.wait("document.querySelector('.actions').innerText.includes('in the newest 50 studies')", 10)
         page.click("button.more")
         page.wait("document.querySelectorAll('.studies tbody tr').length === 100")
         page.value("happen({ ...farm, studies: rows(165, 50) })")

@@ -5,6 +5,9 @@ import { TimeChart } from "./charts.js";
 import { Searches } from "./search.js";
 import { Bar, Card, Empty, Head, STATES, Tag, Waiting, about, count, duration, figure, follow, moment, plural, stateWord, tone, wantsAttention } from "./common.js";
 
+// The farm's figures have so many studies, the newest ones; older ones come by as many.
+const LISTED = 50;
+
 function Charts({ farm }) {
   const history = useApi("history", { once: true });
   useEffect(() => {
@@ -60,14 +63,14 @@ function Studies({ farm }) {
   const all = [...farm.studies, ...older.filter((o) => !farm.studies.some((s) => s.study_id === o.study_id))];
   const more = () => get(`studies?before=${all[all.length - 1].study_id}`).then(({ studies }) => {
     setOlder([...all, ...studies]);  // Newer studies push some out of the list that is kept up to date.
-    setEnd(studies.length < 50);
+    setEnd(studies.length < LISTED);
   });
   if (all.length === 0) {
     return html`<${Empty}>Nothing submitted yet. <code>parallax submit STUDY.yaml</code> adds a study.<//>`;
   }
   return html`<table class="studies"><thead class="visually-hidden"><tr><th>study</th><th>state</th><th>progress</th><th>pairs</th><th>variants</th><th>problems</th><th>time</th></tr></thead>
     <tbody>${all.map((s) => html`<${StudyRow} key=${s.study_id} study=${s} now=${farm.now_unix_s} />`)}</tbody></table>
-    ${farm.studies.length >= 50 && !end && html`<button class="more" onClick=${more}>Older studies</button>`}`;
+    ${farm.studies.length >= LISTED && !end && html`<button class="more" onClick=${more}>Older studies</button>`}`;
 }
 
 function Trainings({ running }) {
@@ -124,7 +127,7 @@ export function Farm() {
   const farm = data || first.data;
   useEffect(() => { document.title = "Farm · Parallax"; }, []);
   if (!farm) return html`<${Head} title="Farm" /><${Waiting} of=${first} />`;
-  return html`<${Head} title="Farm"><span class="soft">${plural(farm.pairs.done, "pair")} made · version ${farm.version} · coordinator up ${duration(farm.uptime_s)}</span><//>
+  return html`<${Head} title="Farm"><span class="soft">${plural(farm.pairs.done, "pair")} made${farm.studies.length < LISTED ? "" : ` in the newest ${LISTED} studies`} · version ${farm.version} · coordinator up ${duration(farm.uptime_s)}</span><//>
     <${Charts} farm=${farm} />
     <${Card} title="Studies" id="studies"><${Studies} farm=${farm} /><//>
     <${Searches} searches=${farm.searches} />

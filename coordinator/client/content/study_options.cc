@@ -153,7 +153,15 @@ absl::StatusOr<v1::StudySpec> ResolveStudy(const StudyOptions& options) {
   }
   const absl::Status sides = CheckSides(options, study);
   if (options.name) study.set_name(*options.name);
-  if (options.seed) study.set_seed(*options.seed);
+  if (options.seed) {
+    for (const v1::VariantSpec& variant : study.variants()) {
+      if (variant.seed() != 0 && variant.seed() == *options.seed && study.seed() != *options.seed) {
+        return InvalidArgument("--seed: {} is the seed of variant '{}', which draws other scenes",
+                               *options.seed, variant.name());
+      }
+    }
+    study.set_seed(*options.seed);
+  }
   if (options.rigs) study.set_rigs_per_scene(*options.rigs);
   for (v1::VariantSpec& variant : *study.mutable_variants()) {
     if (options.rigs) variant.clear_rigs_per_scene();

@@ -110,6 +110,8 @@ TEST_F(CommandTest, UsageErrorsAreOneLineAndExitTwo) {
       {{"submit", "quickstart", "--profile", "ultra"}, "preview"},
       {{"submit", "quickstart", "--seed", "-1"},
        "--seed: -1, allowed is a whole number from 0 to 2^64 - 1"},
+      {{"submit", "controls", "--seed", "2"},
+       "--seed: 2 is the seed of variant 'drawn-anew', which draws other scenes"},
       {{"plan", "quickstart", "--seed=-1"}, "--seed: -1, allowed is a whole number"},
       {{"run", "quickstart", "--out", "o", "--seed", "18446744073709551616"}, "--seed: 18446744"},
       {{"catalogue", "--first-seed", "-1"}, "--first-seed: -1, allowed is a whole number"},

@@ -22,7 +22,7 @@ inline constexpr char kLayoutVersion[] = "27";
 inline constexpr char kSceneVersion[] = "27";
 inline constexpr char kFrameVersion[] = "28";
 inline constexpr char kTrainVersion[] = "1";
-inline constexpr char kEvaluateVersion[] = "3";
+inline constexpr char kEvaluateVersion[] = "4";
 
 // The versions as values, so that tests can have others.
 struct StageVersions {

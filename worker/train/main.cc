@@ -304,8 +304,8 @@ CLI::App* AddPredict(CLI::App& app, PredictArguments& a) {
                         ->check(CLI::Range(1.0, 1e5));
   a.looks_option = command
                        ->add_option("--looks", a.options.looks,
-                                    "2: predict small pairs a second time, enlarged (default); "
-                                    "1: once, in a fifth of the time")
+                                    "2: predict twice, reduced and enlarged (default); "
+                                    "1: once, small pairs in a fifth of the time")
                        ->check(CLI::Range(1, 2));
   command->add_option("--threads", a.options.threads, "CPU threads")->check(CLI::Range(1, 1024));
   AddConventions(*command, a);

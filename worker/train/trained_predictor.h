@@ -6,11 +6,14 @@
 // kNetworkDisparity: for more, the pair is reduced further. Truth beyond the range is missed, never
 // reported as an error.
 //
-// A smaller pair is predicted twice: the first disparities tell how far it may be enlarged, up to
-// kNetworkWidth and kMostEnlarged, so that the search still reaches them. The errors of the network
-// are the same in its own pixels, so they are smaller in those of the input. A network that was
-// trained without changes of scale gets no second look. Pixels that the right eye does not see are
-// filled from the background beside them (FillHiddenPixels).
+// A pair is predicted twice: first reduced (kFirstLook), which shows how far it may be enlarged for
+// the second look, up to kNetworkWidth and kMostEnlarged, so that the search still reaches all
+// disparities. The errors of the network are the same in its own pixels, so those of the second
+// look are smaller in pixels of the input; but walls without texture are matched only where the
+// network sees as far as their borders, as it does in the reduced pair. Each pixel takes the look
+// that is surer of it (JoinLooks). A network that was trained without changes of scale looks once.
+// Pixels that the right eye does not see are filled from the background beside them
+// (FillHiddenPixels).
 #pragma once
 
 #include <memory>
@@ -27,7 +30,7 @@ struct PredictOptions {
   // Pixels of the input; 0: the range of training, at the network's size.
   double max_disparity = 0;
   int threads = 0;  // 0: as torch chooses.
-  int looks = 2;    // 1: a small pair is predicted once, in a fifth of the time, less exactly.
+  int looks = 2;    // 1: one prediction, of a small pair in a fifth of the time, less exactly.
 };
 
 // The size at which the network sees an input.
@@ -37,12 +40,23 @@ struct NetworkSize {
   int max_disparity = 0;                    // A multiple of 16.
 };
 
-// Chooses the size at which the network sees the pair.
-NetworkSize ChooseNetworkSize(int width, int height, int trained_disparity, double max_disparity);
+// Chooses the size at which the network sees the pair, reduced by `reduction` once more.
+NetworkSize ChooseNetworkSize(int width, int height, int trained_disparity, double max_disparity,
+                              double reduction = 1);
 
-// Returns the factor by which the input is enlarged for a second prediction; below kLeastEnlarged
-// none exists. `disparity_px` is the first prediction, in pixels of the input.
+// Returns the factor by which the input is enlarged for a second prediction. `disparity_px` is the
+// first one, in pixels of the input.
 double ChooseEnlargement(const ImageF& disparity_px, int trained_disparity);
+
+// What the network gives at one look, on the pixels of the input. `certainty` in [0, 1]: the
+// probability of a disparity's three candidates at a quarter of the network's size.
+struct Look {
+  ImageF disparity_px, certainty;
+};
+
+// Returns the disparities of `fine`, but those of `coarse` where it is surer by far around a pixel.
+// All pictures are of one size.
+ImageF JoinLooks(const Look& coarse, const Look& fine);
 
 // Thread-safe after Load.
 class Predictor {

@@ -292,8 +292,8 @@ void RegisterEvaluate(Registry& registry) {
       ->check(CLI::Range(1, 1000000));
   command
       ->add_option("--looks", options->predictor.looks,
-                   "2: predict small pairs a second time, enlarged (default); 1: once, in a fifth "
-                   "of the time")
+                   "2: predict twice, reduced and enlarged (default); 1: once, small pairs in a "
+                   "fifth of the time")
       ->check(CLI::Range(1, 2));
   command->add_flag(
       "--pictures", options->pictures,

@@ -151,12 +151,9 @@ TrainingPlan PlanTraining(const v1::StudySpec& study, double factor, const Bench
 
 double SeenMpx(int width_px, int height_px) {
   if (width_px <= 0) return 0;
-  const double mpx = 1e-6 * width_px * height_px;
-  const double scale = static_cast<double>(kNetworkWidth) / width_px;
-  if (scale <= 1) return mpx * scale * scale;
-  if (scale < kLeastEnlarged) return mpx;
-  const double second = std::min(scale, kMostEnlarged);
-  return mpx * (1 + second * second);
+  const double room = static_cast<double>(kNetworkWidth) / width_px;
+  const double first = kFirstLook * std::min(1.0, room), second = std::min(kMostEnlarged, room);
+  return 1e-6 * width_px * height_px * (first * first + second * second);
 }
 
 absl::StatusOr<StudyPlan> PlanStudy(const v1::StudySpec& study, double factor,

@@ -22,8 +22,9 @@ enum class TrainerExit {
 // Bounds of the size at which a network predicts; see predictor.h.
 inline constexpr int kNetworkWidth = 1280;     // Pixels.
 inline constexpr int kNetworkDisparity = 384;  // Pixels.
+inline constexpr double kFirstLook = 0.71;  // Of that size, where a second look follows.
 inline constexpr double kMostEnlarged = 2;
-inline constexpr double kLeastEnlarged = 1.1;  // Below it there is no second look.
+inline constexpr double kLeastEnlarged = 1.1;  // Of the first look's size, for a second one.
 
 // Ranges of the random changes made to every training pair.
 struct AugmentSettings {

@@ -138,10 +138,10 @@ export function Study({ numbers: [id] }) {
   const study = asked.data;
   if (!study) return html`<${Head} trail=${[["Farm", "#/"]]} title="Study ${id}" /><${Waiting} of=${asked} />`;
   const states = STATES.map((s) => [s, study.variants.reduce((sum, v) => sum + jobsIn(v, s), 0)]).filter(([, n]) => n);
-  const share = study.pairs_wanted ? (100 * study.pairs_done) / study.pairs_wanted : 0;
+  const share = study.pairs_wanted ? Math.floor((1000 * study.pairs_done) / study.pairs_wanted) / 10 : 0;
   return html`<${Head} trail=${[["Farm", "#/"]]} title=${study.name} tag=${html`<${Tag} state=${study.state} />`}><${Actions} study=${study} put=${asked.put} /><//>
     <dl class="facts">
-      <${Fact} name="pairs">${count(study.pairs_done)} <small>of ${count(study.pairs_wanted)}, ${share.toFixed(share < 10 || share >= 99.95 || share === 0 ? 0 : 1)} %</small><//>
+      <${Fact} name="pairs">${count(study.pairs_done)} <small>of ${count(study.pairs_wanted)}, ${share.toFixed(share < 10 || share === 100 ? 0 : 1)} %</small><//>
       <${Fact} name=${study.finished_unix_s ? "took" : "left"}>${study.finished_unix_s ? duration(study.finished_unix_s - study.submitted_unix_s) : study.eta_s === null ? html`<small>not known yet</small>` : about(study.eta_s)}<//>
       <${Fact} name="submitted">${moment(study.submitted_unix_s)} <small>#${study.study_id}</small><//>
       ${study.priority !== 0 && html`<${Fact} name="priority">${study.priority}<//>`}

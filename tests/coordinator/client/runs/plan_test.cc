@@ -229,10 +229,12 @@ TEST(Plan, TrainingsAndEvaluationsHaveTheirPrice) {
   EXPECT_NEAR(priced().train_core_s, 39 * 1500 * 0.48, 1e-6);
   EXPECT_NEAR(priced().longest_s, 1500 * 0.48 / 2, 1e-9) << "on two threads";
   EXPECT_EQ(priced().evaluations, (39 + 1) * 3);
-  // Motorcycle is looked at twice, the second time 1280 px wide; KITTI once, as it is; held-out
-  // pairs too.
-  const double shipped_mpx = 0.741 * 0.5 + 1.28 * 0.5 * 1280 / 741;
-  const double kitti_mpx = 1.242 * 0.375, heldout_mpx = 1.28 * 0.72;
+  // All are looked at twice: at 0.71 of their size, and 1280 px wide.
+  const auto seen_mpx = [](double width, double height) {
+    return 1e-6 * (0.5041 * width * height + 1280 * 1280 * height / width);
+  };
+  const double shipped_mpx = seen_mpx(741, 500), kitti_mpx = seen_mpx(1242, 375),
+               heldout_mpx = seen_mpx(1280, 720);
   EXPECT_NEAR(priced().evaluate_core_s,
               40 * 3.9 * (1 * shipped_mpx + 20 * kitti_mpx + 10 * heldout_mpx), 1e-6);
   EXPECT_NEAR(priced(2).train_core_s, 2 * priced().train_core_s, 1e-6);
@@ -266,10 +268,10 @@ TEST(Plan, EveryBenchmarkHasASize) {
   EXPECT_EQ(SeenMpx(0, 0), 0);
 }
 
-TEST(Plan, TheNetworkSeesLargePicturesReducedAndSmallOnesTwice) {
-  EXPECT_NEAR(SeenMpx(1280, 720), 0.9216, 1e-9);
-  EXPECT_NEAR(SeenMpx(2560, 1440), 0.9216, 1e-9);
-  EXPECT_NEAR(SeenMpx(320, 180), 0.0576 * (1 + 4), 1e-9);
+TEST(Plan, TheNetworkSeesPicturesTwiceReducedAndAsLargeAsItTakesThem) {
+  EXPECT_NEAR(SeenMpx(1280, 720), 0.9216 * (0.5041 + 1), 1e-9);
+  EXPECT_NEAR(SeenMpx(2560, 1440), 0.9216 * (0.5041 + 1), 1e-9);
+  EXPECT_NEAR(SeenMpx(320, 180), 0.0576 * (0.5041 + 4), 1e-9);
 }
 
 TEST(Plan, SamplesAndPixelsCostWhatTheySay) {

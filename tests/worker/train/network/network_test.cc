@@ -309,5 +309,23 @@ TEST(NetworkSize, SmallPairsAreEnlargedAsFarAsTheSearchReaches) {
   EXPECT_DOUBLE_EQ(ChooseEnlargement(seen(400, 0), 192), 2);
 }
 
+TEST(NetworkSize, TheFirstOfTwoLooksIsSmaller) {
+  const NetworkSize size = ChooseNetworkSize(1000, 500, 192, 768, 0.5);
+  EXPECT_EQ(std::tuple(size.width, size.height, size.max_disparity), std::tuple(250, 125, 192));
+}
+
+TEST(JoinLooks, APixelTakesTheFirstLookWhereItIsSurerByFar) {
+  Look coarse{ImageF(120, 60, 20.0f), ImageF(120, 60, 0.9f)};
+  Look fine{ImageF(120, 60, 30.0f), ImageF(120, 60, 0.2f)};
+  for (int y = 0; y < 60; ++y) {
+    for (int x = 60; x < 120; ++x) fine.certainty(x, y) = 0.8f;
+  }
+  fine.certainty(90, 30) = 0;  // A single pixel is no wall.
+  const ImageF joined = JoinLooks(coarse, fine);
+  EXPECT_EQ(joined(10, 30), 20);
+  EXPECT_EQ(joined(90, 30), 30);
+  EXPECT_EQ(joined(110, 5), 30);
+}
+
 }  // namespace
 }  // namespace parallax

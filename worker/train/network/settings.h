@@ -22,7 +22,7 @@ enum class TrainerExit {
 // Bounds of the size at which a network predicts; see predictor.h.
 inline constexpr int kNetworkWidth = 1280;     // Pixels.
 inline constexpr int kNetworkDisparity = 384;  // Pixels.
-inline constexpr double kFirstLook = 0.71;  // Of that size, where a second look follows.
+inline constexpr double kFirstLook = 0.71;     // Of that size, where a second look follows.
 inline constexpr double kMostEnlarged = 2;
 inline constexpr double kLeastEnlarged = 1.1;  // Of the first look's size, for a second one.
 

@@ -23,7 +23,7 @@ constexpr double kNearestShare = 0.995, kDisparityMargin = 1.1;
 // The first look counts where this part of its certainty is more than that of the second one. Both
 // are averaged around the pixel by a Gaussian. The first is surer by nature: its candidates are
 // larger.
-constexpr float kSurer = 0.7f;
+constexpr float kSurer = 0.6f;
 constexpr double kAround_px = 5;
 
 int RoundUp(double value, int multiple) {

@@ -26,7 +26,9 @@ using SearchValues = google::protobuf::RepeatedPtrField<v1::SearchValue>;
 constexpr size_t kMostSearchNameBytes = 50;
 constexpr int kMostFields = 100;
 constexpr int kMostRungs = 10;
-constexpr int kMostChoices = 10'000;  // Of all fields; each is tried.
+// The fields of a search have together at most this number of choices, because each choice is
+// tried.
+constexpr int kMostChoices = 10'000;
 
 // Fields or groups that count only where another field has one of some values.
 struct CountsWhere {

@@ -39,14 +39,14 @@ class FilePresence {
  private:
   // Whether the store's answer says that the files are there.
   bool MayBeThere(const absl::StatusOr<std::string>& why_not) const;
-  // Of a far store; requires mutex_.
+  // WhyNotInStore for a store that is far away. Requires mutex_.
   absl::StatusOr<std::string> WhyNotThere(const std::vector<JobKind::OutputFile>& files);
 
   const Store& store_;
   Clock& clock_;
   const bool is_far_;
   std::mutex mutex_;
-  // Of a far store; guarded by mutex_.
+  // Answers of a store that is far away. Guarded by mutex_.
   std::set<std::string> seen_;  // Folders that were whole.
   std::string listed_;          // The last attempt's folder that was listed.
   std::vector<StoreEntry> entries_;

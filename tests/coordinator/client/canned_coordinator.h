@@ -48,7 +48,7 @@ class FakeCoordinator : public v1::Coordinator::Service {
   std::vector<v1::WaitingJobs> unservable;  // Its answer to a submit.
   std::string page_url = "http://0.0.0.0:7080/#code=abc";
   int64_t retried_jobs = 0;
-  grpc::Status study_status;  // Of GetStudy.
+  grpc::Status study_status;  // GetStudy ends with it.
   std::function<void(FakeCoordinator&)> on_get_study = [](FakeCoordinator&) {};
   std::function<void(FakeCoordinator&)> on_list_attempts = [](FakeCoordinator&) {};
 

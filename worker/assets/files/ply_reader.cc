@@ -452,7 +452,7 @@ class PlyReader {
   std::map<std::string, size_t> places_;  // Properties of the element that is read.
   MeshPart vertex_;                       // All vertices.
   std::vector<Face> faces_;
-  int64_t triangles_ = 0;  // Of the faces.
+  int64_t triangles_ = 0;  // The faces make this number of them.
   MeshParts out_;
 };
 

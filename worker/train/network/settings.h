@@ -22,9 +22,11 @@ enum class TrainerExit {
 // Bounds of the size at which a network predicts; see predictor.h.
 inline constexpr int kNetworkWidth = 1280;     // Pixels.
 inline constexpr int kNetworkDisparity = 384;  // Pixels.
-inline constexpr double kFirstLook = 0.71;     // Of that size, where a second look follows.
+// The first of two looks has this part of the size of a single look.
+inline constexpr double kFirstLook = 0.71;
 inline constexpr double kMostEnlarged = 2;
-inline constexpr double kLeastEnlarged = 1.1;  // Of the first look's size, for a second one.
+// A second look follows if it is larger than the first one by this factor.
+inline constexpr double kLeastEnlarged = 1.1;
 
 // Ranges of the random changes made to every training pair.
 struct AugmentSettings {

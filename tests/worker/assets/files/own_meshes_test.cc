@@ -225,18 +225,15 @@ std::string PlyOfTriangles(int count, float height) {
 }
 
 TEST_F(OwnMeshesTest, LargeMeshesDoNotStayOpenBesideOthers) {
-  constexpr int kTriangles = 120'000;
-  constexpr int64_t kBytesEach = 17'000'000;
-  Write("large/one.ply", PlyOfTriangles(kTriangles, 1));
-  Write("large/two.ply", PlyOfTriangles(kTriangles, 2));
+  constexpr int64_t kRoom = 192 << 20, kBytesOfTriangle = 140;
+  // One of them takes about the share of all.
+  const int triangles = static_cast<int>((ResidentMemory() + kRoom) / (16 * kBytesOfTriangle));
+  Write("large/one.ply", PlyOfTriangles(triangles, 1));
+  Write("large/two.ply", PlyOfTriangles(triangles, 2));
   Write("small/box.glb", GlbBox(1, 1, 1.75));
   const OwnMeshes found = *ReadMeshFolders({dir_});
   std::vector<std::weak_ptr<const MeshFile>> files;
-  SetMemoryLimit(ResidentMemory() + (192 << 20));
-  if (MemoryLimit() / 16 >= 2 * kBytesEach) {
-    SetMemoryLimit(0);
-    GTEST_SKIP() << "this process is so large that both fit";
-  }
+  SetMemoryLimit(ResidentMemory() + kRoom);
   for (const OwnMesh& mesh : found.meshes) {
     const auto file = OpenOwnMesh(mesh.asset_class, mesh.seed);
     EXPECT_TRUE(file.ok()) << file.status();
